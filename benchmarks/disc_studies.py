@@ -82,13 +82,13 @@ def held(labs: Sequence[LawResult]) -> list[list[str]]:
     truth = (SERIES.runs[0].curved_wear_coefficient.value, SERIES.runs[0].flat_wear_coefficient.value)
     rows = []
     for place, true in enumerate(truth):
-        name = ("crowned disc", "flat disc")[place]
+        name = ("crowned disc", "cylindrical disc")[place]
         count = sum(
             low.value <= true <= high.value for low, high in ([*lab.bodies.values()][place].interval for lab in labs)
         )
         rows.append([f"k_D of the {name}", *share(count, len(labs))])
     for name in (SLIPPING, LONG):
-        for place, disc in enumerate(("crowned disc", "flat disc")):
+        for place, disc in enumerate(("crowned disc", "cylindrical disc")):
             found = [_disc(lab, name, place) for lab in labs]
             count = sum(
                 one.measurement_interval[0].value <= one.measured.value <= one.measurement_interval[1].value

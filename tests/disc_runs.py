@@ -24,7 +24,7 @@ from tribopipe.results.wear_fit import WearFit
 
 CONVENTIONS = ("full-slip", "contact-width", "volume-conserving")
 K_1, K_2 = 4.6e-18, 2.0e-18
-"""k_D of the curved and the flat disc in full slip, m²/N."""
+"""k_D of the curved and the cylindrical disc in full slip, m²/N."""
 TYPICAL = {"full-slip": 1.0, "contact-width": 150.0, "volume-conserving": 3000.0}
 """What k_D is multiplied by to wear about as much under another convention."""
 BODY = {

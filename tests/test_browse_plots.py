@@ -399,7 +399,7 @@ def test_runs_are_compared_on_one_axis(samples):
         assert [panel["label"].partition(" /")[0] for panel in mixed["panels"]] == [
             "pin wear depth",
             "crowned disc, wear volume",
-            "flat disc, wear volume",
+            "cylindrical disc, wear volume",
         ]
         assert mixed["x"]["name"] == "time"
         for what in ("friction", "depth"):

@@ -151,31 +151,31 @@ def folded(run):
 THERE_AND_BACK = both(manifest(conditions__stroke="5 mm"), there_and_back(60))
 # For each check: its severity, what it must find, where, and what it must leave alone.
 CASES = {
-    "conditions_are_steady": (
+    "conditions_change": (
         "warning",
         column("normal_force", lambda load: load * np.where(np.arange(len(load)) < 600, 1.0, 1.2)),
         "normal_force",
         column("normal_force", lambda load: load * np.linspace(1, 1.2, len(load))),
     ),
-    "recording_fits_conditions": (
+    "conditions_differ": (
         "warning",
         both(manifest(conditions__track_radius="6 mm"), extra("Radius", "mm", 8)),
         "conditions.track_radius",
         both(manifest(conditions__track_radius="6.2 mm"), extra("Radius", "mm", 6)),
     ),
-    "channels_fit_each_other": (
+    "channels_disagree": (
         "warning",
         extra("Mass", "g", 80),
         "Mass",
         extra("Mass", "g", 41),
     ),
-    "strokes_fit_conditions": (
+    "strokes_differ": (
         "warning",
         both(manifest(conditions__sliding_speed=None, conditions__frequency="0.1 Hz"), THERE_AND_BACK),
         "conditions.frequency",
         THERE_AND_BACK,
     ),
-    "strokes_are_used": (
+    "strokes_unused": (
         "warning",
         both(
             there_and_back(60, offset=0),
@@ -186,279 +186,279 @@ CASES = {
         "friction_force",
         THERE_AND_BACK,
     ),
-    "friction_is_taken_by_stroke": (
+    "no_friction_per_stroke": (
         "note",
         both(THERE_AND_BACK, unsigned),
         "friction_coefficient",
         THERE_AND_BACK,
     ),
-    "there_are_samples": ("error", first(1), "signals", first(2)),
-    "channel_is_recorded": (
+    "no_samples": ("error", first(1), "signals", first(2)),
+    "empty_channel": (
         "error",
         samples_set("depth", slice(None), NAN),
         "depth",
         samples_set("depth", slice(1, None), NAN),
     ),
-    "axis_is_complete": ("error", samples_set("time", 7, NAN), "time", samples_set("depth", 7, NAN)),
-    "axis_runs_forward": ("error", samples_set("time", 7, 0.5), "time", samples_set("time", 7, 0.6)),
-    "counter_has_no_glitches": (
+    "axis_incomplete": ("error", samples_set("time", 7, NAN), "time", samples_set("depth", 7, NAN)),
+    "axis_backward": ("error", samples_set("time", 7, 0.5), "time", samples_set("time", 7, 0.6)),
+    "counter_glitch": (
         "warning",
         both(measured("sliding_distance"), samples_set("sliding_distance", 20, 0.0)),
         "sliding_distance",
         samples_set("sliding_distance", slice(None), 3.0),
     ),
-    "axis_advances": (
+    "axis_constant": (
         "error",
         samples_set("sliding_distance", slice(None), 3.0),
         "sliding_distance",
         samples_set("sliding_distance", slice(-1), 3.0),
     ),
-    "distance_is_known": ("warning", nowhere, "conditions", AS_IT_IS),
-    "every_sample_counts_by_itself": ("note", folded, "signals", AS_IT_IS),
-    "signals_need_no_clean_up": ("note", column("normal_force", np.negative), "normal_force", AS_IT_IS),
-    "load_presses": (
+    "distance_unknown": ("warning", nowhere, "conditions", AS_IT_IS),
+    "samples_averaged": ("note", folded, "signals", AS_IT_IS),
+    "signals_preprocessed": ("note", column("normal_force", np.negative), "normal_force", AS_IT_IS),
+    "load_sign": (
         "warning",
         column("normal_force", np.negative),
         "normal_force",
         samples_set("normal_force", slice(500), -0.4),
     ),
-    "load_is_in_the_unit_of_the_nominal_one": (
+    "load_unit": (
         "error",
         manifest(conditions__normal_load="400 N"),
         "conditions.normal_load",
         column("normal_force", lambda load: load * 0.5),
     ),
-    "modulus_is_in_the_unit_of_the_material": (
+    "modulus_unit": (
         "error",
         manifest(contact__pin__youngs_modulus="304 MPa"),
         "contact.pin.youngs_modulus",
         manifest(contact__pin__youngs_modulus="100 GPa"),
     ),
-    "properties_are_those_of_the_material": (
+    "material_properties": (
         "warning",
         manifest(contact__disc__vickers_hardness=16.5),
         "contact.disc.vickers_hardness",
         manifest(contact__pin__material="our own", contact__pin__youngs_modulus="20 GPa"),
     ),
-    "radius_is_no_diameter": (
+    "radius_or_diameter": (
         "warning",
         manifest(contact__pin__radius="1.588 mm"),
         "contact.pin.radius",
         manifest(contact__pin__diameter="1 mm"),
     ),
-    "radius_can_be_compared": (
+    "radius_unchecked": (
         "note",
         manifest(contact__pin__diameter=None),
         "contact.pin.radius",
         manifest(contact__pin__diameter="6 mm"),
     ),
-    "contact_starts_elastic": (
+    "initial_yielding": (
         "warning",
         both(manifest(conditions__normal_load="400 N"), without("normal_force")),
         "conditions.normal_load",
         both(manifest(conditions__normal_load="100 N"), without("normal_force")),
     ),
-    "overall_rate_is_the_steady_one": (
+    "rate_not_steady": (
         "warning",
         manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_volume=volume(6.8)),
         "interruptions, end_values of the pin",
         manifest(interruptions=weighings(1.0, 2.0, 3.0, 4.0), end_values__pin_wear_volume=volume(5.0)),
     ),
-    "scar_is_no_radius": (
+    "scar_or_radius": (
         "warning",
         manifest(end_values__pin_scar_diameter="10 um"),
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
-    "scar_is_made_by_wear": (
+    "elastic_scar": (
         "warning",
         manifest(end_values__pin_scar_diameter="30 um"),
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
-    "film_is_not_worn_through": (
+    "coating_worn_through": (
         "warning",
         manifest(contact__pin__film_thickness="3 um", end_values__pin_scar_diameter="200 um"),
         "contact.pin.film_thickness",
         manifest(contact__pin__film_thickness="10 um", end_values__pin_scar_diameter="200 um"),
     ),
-    "load_is_the_nominal_one": (
+    "load_not_nominal": (
         "warning",
         column("normal_force", lambda load: load * 0.95),
         "normal_force",
         column("normal_force", lambda load: load * 1.02),
     ),
-    "samples_are_not_missing": ("warning", samples_set("depth", 7, NAN), "depth", AS_IT_IS),
-    "samples_are_not_repeated": ("warning", samples_set("time", 7, 0.6), "time", samples_set("time", 7, 0.601)),
-    "sampling_has_no_gaps": (
+    "missing_samples": ("warning", samples_set("depth", 7, NAN), "depth", AS_IT_IS),
+    "repeated_samples": ("warning", samples_set("time", 7, 0.6), "time", samples_set("time", 7, 0.601)),
+    "recording_gap": (
         "warning",
         column("time", lambda time: time + 1.0 * (np.arange(len(time)) > 600)),
         "time",
         column("time", lambda time: time + 0.8 * (np.arange(len(time)) > 600)),
     ),
-    "signal_is_alive": (
+    "dead_channel": (
         "warning",
         samples_set("depth", slice(None), 1e-6),
         "depth",
         samples_set("depth", slice(1, None), 1e-6),
     ),
-    "friction_has_one_sign": (
+    "friction_sign": (
         "warning",
         there_and_back(60),
         "friction_coefficient",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60)),
     ),
-    "friction_is_plausible": (
+    "implausible_friction": (
         "warning",
         column("friction_coefficient", np.negative),
         "friction_coefficient",
         column("friction_coefficient", lambda mu: mu / mu.max() * 1.9),
     ),
-    "interruptions_lie_within_the_run": (
+    "interruption_after_end": (
         "error",
         manifest(interruptions=[{"sliding_distance": "51 m", "pin_wear_depth": "5 um"}]),
         "interruptions[0].sliding_distance",
         manifest(interruptions=[{"sliding_distance": "49 m", "pin_wear_depth": "5 um"}]),
     ),
-    "depth_is_plausible": (
+    "implausible_depth": (
         "warning",
         column("depth", lambda depth: depth * 1000),
         "depth",
         column("depth", lambda depth: depth * 1.3),
     ),
-    "distance_is_the_planned_one": (
+    "distance_not_planned": (
         "warning",
         manifest(conditions__sliding_distance="60 m"),
         "sliding_distance",
         manifest(conditions__sliding_distance="52 m"),
     ),
-    "axis_starts_at_zero": (
+    "axis_offset": (
         "warning",
         column("time", lambda time: time + 10),
         "time",
         column("time", lambda time: time + 5),
     ),
-    "density_is_that_of_a_solid": (
+    "implausible_density": (
         "error",
         manifest(contact__disc__density="3.21 kg/m^3"),
         "contact.disc.density",
         manifest(contact__disc__density="22.59 g/cm^3"),
     ),
-    "modulus_is_plausible": (
+    "implausible_modulus": (
         "warning",
         manifest(contact__pin__youngs_modulus="304 kPa"),
         "contact.pin.youngs_modulus",
         manifest(contact__pin__youngs_modulus="1220 GPa"),
     ),
-    "sizes_and_speeds_are_plausible": (
+    "implausible_conditions": (
         "warning",
         manifest(contact__pin__radius="0.794 m"),
         "contact.pin.radius",
         manifest(contact__pin__radius="50 mm"),
     ),
-    "end_values_agree": (
+    "measurements_disagree": (
         "warning",
         manifest(end_values__pin_wear_depth={"value": "12 um", "standard_uncertainty": "0.2 um"}),
         "end_values",
         manifest(end_values__pin_wear_depth={"value": "10.4 um", "standard_uncertainty": "0.2 um"}),
     ),
-    "end_values_are_possible": (
+    "impossible_measurement": (
         "error",
         manifest(contact__pin__density=None, end_values__pin_mass_loss="0.01 mg"),
         "end_values.pin_mass_loss",
         manifest(end_values__pin_mass_loss={"value": "0.0009 mg", "standard_uncertainty": "5 %"}),
     ),
-    "profiles_show_wear": (
+    "no_wear_in_profile": (
         "note",
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(0.0)}),
         "end_values.disc_profile",
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-6)}),
     ),
-    "start_is_in_the_past": ("warning", started(days=1), "started", started(minutes=-1)),
-    "needed_for_a_wear_coefficient": (
+    "future_start": ("warning", started(days=1), "started", started(minutes=-1)),
+    "missing_input": (
         "note",
         without("depth"),
         "signals",
         manifest(end_values={"pin_wear_depth": "10 um"}),
     ),
-    "files_were_read_as_they_stand": (
+    "reader_assumption": (
         "note",
         lambda run: replace(run, notes=("signals.csv: read as cp1252",)),
         "signals",
         AS_IT_IS,
     ),
-    "recorded_signals_are_used": (
+    "unused_signal": (
         "warning",
         lambda run: replace(run, unused=("signals.csv: column 'Ff' seems to be friction_force and is not used",)),
         "signals",
         AS_IT_IS,
     ),
-    "uncertainties_are_stated": ("note", manifest(contact__pin__radius="0.794 mm"), "contact.pin.radius", AS_IT_IS),
+    "unstated_uncertainty": ("note", manifest(contact__pin__radius="0.794 mm"), "contact.pin.radius", AS_IT_IS),
 }
 
 # What else a check must find.
 MORE = {
-    "no time passes": ("axis_advances", samples_set("time", slice(None), 3.0), "time"),
-    "no end value": ("needed_for_a_wear_coefficient", manifest(end_values={}), "end_values"),
-    "depth counts down": ("depth_is_plausible", column("depth", np.negative), "depth"),
-    "depth in nm": ("depth_is_plausible", column("depth", lambda depth: depth / 1000), "depth"),
+    "no time passes": ("axis_constant", samples_set("time", slice(None), 3.0), "time"),
+    "no end value": ("missing_input", manifest(end_values={}), "end_values"),
+    "depth counts down": ("implausible_depth", column("depth", np.negative), "depth"),
+    "depth in nm": ("implausible_depth", column("depth", lambda depth: depth / 1000), "depth"),
     "distance carried over": (
-        "axis_starts_at_zero",
+        "axis_offset",
         both(measured("sliding_distance"), column("sliding_distance", lambda distance: distance + 100)),
         "sliding_distance",
     ),
     "speed with a hole": (
-        "axis_is_complete",
+        "axis_incomplete",
         column("sliding_distance", lambda distance: np.append(distance[:-9], [NAN] * 9)),
         "sliding_distance",
     ),
     "speed by the clock": (
-        "distance_is_the_planned_one",
+        "distance_not_planned",
         both(measured("sliding_distance"), column("time", lambda time: time * 2)),
         "sliding_speed",
     ),
     "kg/m³ as g/cm³": (
-        "density_is_that_of_a_solid",
+        "implausible_density",
         manifest(contact__pin__density="3210 g/cm^3"),
         "contact.pin.density",
     ),
     "dead load": (
-        "load_is_the_nominal_one",
+        "load_not_nominal",
         column("normal_force", lambda load: -1e-6 * np.cos(np.arange(len(load)))),
         "normal_force",
     ),
     "load upside down and too small": (
-        "load_is_the_nominal_one",
+        "load_not_nominal",
         column("normal_force", lambda load: load / -2),
         "normal_force",
     ),
     "strokes beside a large offset": (
-        "friction_has_one_sign",
+        "friction_sign",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=-1.5)),
         "friction_coefficient",
     ),
     "strokes too short to be told": (
-        "friction_has_one_sign",
+        "friction_sign",
         both(manifest(conditions__stroke="5 mm"), there_and_back(2)),
         "friction_coefficient",
     ),
     "load in kg": (
-        "load_is_in_the_unit_of_the_nominal_one",
+        "load_unit",
         column("normal_force", lambda load: load / 9.81),
         "conditions.normal_load",
     ),
     "wear below the scar's cap": (
-        "end_values_agree",
+        "measurements_disagree",
         manifest(end_values__pin_wear_depth={"value": "8 um", "standard_uncertainty": "0.2 um"}),
         "end_values",
     ),
     "nominal load in a column": (
-        "conditions_are_steady",
+        "conditions_change",
         extra("Nominal Load [N]", "N", lambda time: np.where(time < time[len(time) // 3], 0.4, 0.8)),
         "Nominal Load [N]",
     ),
     "clock without a time zone": (
-        "start_is_in_the_past",
+        "future_start",
         manifest(started=f"{datetime.now(UTC) + timedelta(days=1):%Y-%m-%dT%H:%M:%S}"),
         "started",
     ),
@@ -478,18 +478,18 @@ def unloaded_half(run):
 
 # What is no trouble, or not the one that a check is for.
 LESS = {
-    "half of the run without contact": ("load_is_the_nominal_one", unloaded_half),
+    "half of the run without contact": ("load_not_nominal", unloaded_half),
     "unzeroed load, half of the run without contact": (
-        "load_presses",
+        "load_sign",
         both(unloaded_half, column("normal_force", lambda load: load - 0.02)),
     ),
-    "dead load": ("load_presses", column("normal_force", lambda load: -1e-6 * np.cos(np.arange(len(load))))),
+    "dead load": ("load_sign", column("normal_force", lambda load: -1e-6 * np.cos(np.arange(len(load))))),
     "load upside down": (
-        "friction_is_plausible",
+        "implausible_friction",
         both(column("normal_force", np.negative), column("friction_coefficient", np.negative)),
     ),
     "there and back": (
-        "friction_is_plausible",
+        "implausible_friction",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60)),
     ),
 }
@@ -532,7 +532,7 @@ def test_check_also_finds(sound, case):
 
 @pytest.mark.parametrize(("factor", "named"), [(-1, True), (3, False)])
 def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named):
-    (finding,) = found_by("depth_is_plausible", column("depth", lambda depth: factor * depth)(sound))
+    (finding,) = found_by("implausible_depth", column("depth", lambda depth: factor * depth)(sound))
     assert ('"turn-over" with signals = ["depth"]' in str(finding)) == named
 
 
@@ -561,14 +561,14 @@ def drifting(amount, temperature=None):
     ],
 )
 def test_thermal_drift_is_named_before_sign_and_unit(sound, temperature, words):
-    (finding,) = found_by("depth_is_plausible", drifting(20e-6, temperature)(sound))
+    (finding,) = found_by("implausible_depth", drifting(20e-6, temperature)(sound))
     assert finding.remedy.startswith(words)
     assert "check the sign and unit" in finding.remedy
 
 
 def test_thermal_drift_comes_last_where_it_cannot_be_so_large(sound):
     spoil = both(drifting(300e-6), manifest(end_values__pin_wear_depth="3 um"))
-    (finding,) = found_by("depth_is_plausible", spoil(sound))
+    (finding,) = found_by("implausible_depth", spoil(sound))
     assert finding.remedy.endswith("thermal drift is rarely that large")
 
 
@@ -577,7 +577,7 @@ def test_friction_of_zero_through_most_of_a_test_is_named(sound, dead, warns):
     def without(values):
         values[: int(dead * len(values))] = 0.0
 
-    found = found_by("signal_is_alive", column("friction_force", without)(sound))
+    found = found_by("dead_channel", column("friction_force", without)(sound))
     assert [(one.where, "found 0 in 60% of the samples" in one.message) for one in found] == (
         [("friction_force", True)] if warns else []
     )
@@ -590,7 +590,7 @@ def test_scar_given_by_its_radius_is_named_beside_the_depth(sound):
         column("depth", lambda depth: np.linspace(0, 200e-6**2 / (2 * 0.794e-3), len(depth))),
     )
     assert scar is not None
-    (finding,) = found_by("depth_is_plausible", deep(sound))
+    (finding,) = found_by("implausible_depth", deep(sound))
     assert "pin_scar_diameter is not a radius" in finding.remedy
 
 
@@ -607,7 +607,7 @@ def test_size_that_would_fit_is_named_with_a_disc_that_wore_besides(sound, chang
         manifest(end_values__disc_wear_depth=f"{1e6 * groove} um", **changes),
         column("depth", lambda depth: np.linspace(0, deep + groove, len(depth))),
     )
-    (finding,) = found_by("depth_is_plausible", worn(sound))
+    (finding,) = found_by("implausible_depth", worn(sound))
     assert f"and that {words}" in finding.remedy
 
 

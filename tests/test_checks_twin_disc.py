@@ -103,63 +103,63 @@ STOP = {"rotations": 12_000, "curved_disc_wear_depth": "0.1 um"}
 # Check, run, where, and some of what is said.
 TROUBLE = {
     "g/cm³": (
-        "density_is_that_of_a_solid",
+        "implausible_density",
         {"contact.flat_disc.density": "3.2 kg/m^3"},
         {},
         "contact.flat_disc.density",
     ),
     "kPa": (
-        "modulus_is_plausible",
+        "implausible_modulus",
         {"contact.curved_disc.youngs_modulus": "304 kPa"},
         {},
         "contact.curved_disc.youngs_modulus",
     ),
     "crown in m": (
-        "sizes_and_speeds_are_plausible",
+        "implausible_conditions",
         {"contact.curved_disc.crown_radius": "10.5 m"},
         {},
         "contact.curved_disc.crown_radius",
     ),
     "rolling radius in m": (
-        "sizes_and_speeds_are_plausible",
+        "implausible_conditions",
         {"contact.flat_disc.rolling_radius": "10 m"},
         {},
         "contact.flat_disc.rolling_radius",
     ),
     "speed": (
-        "sizes_and_speeds_are_plausible",
+        "implausible_conditions",
         {"conditions.curved_disc_speed": "800 m/s"},
         {},
         "conditions.curved_disc_speed",
     ),
-    "slip of 4": ("sizes_and_speeds_are_plausible", {"conditions.slip": 4}, {}, "conditions.slip"),
-    "slip of 20": ("sizes_and_speeds_are_plausible", {"conditions.slip": 20}, {}, "conditions.slip"),
-    "little slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": "-0.05 %"}, {}, "conditions.slip"),
-    "hardly any slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": 1e-6}, {}, "conditions.slip"),
+    "slip of 4": ("implausible_conditions", {"conditions.slip": 4}, {}, "conditions.slip"),
+    "slip of 20": ("implausible_conditions", {"conditions.slip": 20}, {}, "conditions.slip"),
+    "little slip": ("implausible_conditions", {"conditions.slip": "-0.05 %"}, {}, "conditions.slip"),
+    "hardly any slip": ("implausible_conditions", {"conditions.slip": 1e-6}, {}, "conditions.slip"),
     "slip by speeds": (
-        "sizes_and_speeds_are_plausible",
+        "implausible_conditions",
         {"conditions.slip": None, "conditions.flat_disc_speed": "800.1 mm/s"},
         {},
         "conditions.flat_disc_speed",
     ),
-    "no end value": ("needed_for_a_wear_coefficient", NO_ENDS, {}, "end_values"),
-    "flat disc not measured": ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "end_values"),
+    "no end value": ("missing_input", NO_ENDS, {}, "end_values"),
+    "cylindrical disc not measured": ("missing_input", ONLY_CURVED, {}, "end_values"),
     "late interruption": (
-        "interruptions_lie_within_the_run",
+        "interruption_after_end",
         {"interruptions": [STOP]},
         {},
         "interruptions[0].rotations",
     ),
-    "depth in nm": ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] * 1e3}, "depth"),
-    "broken off": ("distance_is_the_planned_one", {"conditions.rotations": 20_000}, {}, "rotations"),
-    "speed by the clock": ("distance_is_the_planned_one", {}, {"time": COLUMNS["time"] * 2}, "curved_disc_speed"),
-    "hole in the count": ("axis_is_complete", {}, changed("rotations", 7, np.nan), "rotations"),
-    "count goes back once": ("counter_has_no_glitches", {}, changed("rotations", 7, 5.0), "rotations"),
-    "count goes back": ("axis_runs_forward", {}, changed("rotations", slice(7, 12), 5.0), "rotations"),
-    "count below zero": ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "rotations"),
-    "count stands still": ("axis_advances", {}, {"rotations": np.full(501, 3.0)}, "rotations"),
-    "count carried over": ("axis_starts_at_zero", {}, {"rotations": TURNS + 5_000}, "rotations"),
-    "load pulls": ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "normal_force"),
+    "depth in nm": ("implausible_depth", {}, {"depth": COLUMNS["depth"] * 1e3}, "depth"),
+    "broken off": ("distance_not_planned", {"conditions.rotations": 20_000}, {}, "rotations"),
+    "speed by the clock": ("distance_not_planned", {}, {"time": COLUMNS["time"] * 2}, "curved_disc_speed"),
+    "hole in the count": ("axis_incomplete", {}, changed("rotations", 7, np.nan), "rotations"),
+    "count goes back once": ("counter_glitch", {}, changed("rotations", 7, 5.0), "rotations"),
+    "count goes back": ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "rotations"),
+    "count below zero": ("axis_backward", {}, {"rotations": TURNS - 5.0}, "rotations"),
+    "count stands still": ("axis_constant", {}, {"rotations": np.full(501, 3.0)}, "rotations"),
+    "count carried over": ("axis_offset", {}, {"rotations": TURNS + 5_000}, "rotations"),
+    "load pulls": ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "normal_force"),
 }
 
 
@@ -174,23 +174,23 @@ def test_check_finds(case):
 
 ALONE = {
     "sizes": (
-        "sizes_and_speeds_are_plausible",
+        "implausible_conditions",
         {"conditions.slip": "100 %", "contact.curved_disc.crown_radius": "1 m"},
         {},
     ),
-    "least slip": ("sizes_and_speeds_are_plausible", {"conditions.slip": "0.1 %"}, {}),
+    "least slip": ("implausible_conditions", {"conditions.slip": "0.1 %"}, {}),
     "an interruption": (
-        "interruptions_lie_within_the_run",
+        "interruption_after_end",
         {"interruptions": [STOP | {"rotations": 9_999}]},
         {},
     ),
-    "planned": ("distance_is_the_planned_one", {"conditions.rotations": 10_400}, {}),
+    "planned": ("distance_not_planned", {"conditions.rotations": 10_400}, {}),
     "wear during interruptions": (
-        "needed_for_a_wear_coefficient",
+        "missing_input",
         NO_ENDS | {"interruptions": [STOP | {"rotations": 99, "flat_disc_wear_depth": "0.1 um"}]},
         {},
     ),
-    "drift": ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] + 4e-6 * TURNS / 10_000}),
+    "drift": ("implausible_depth", {}, {"depth": COLUMNS["depth"] + 4e-6 * TURNS / 10_000}),
 }
 
 
@@ -201,20 +201,18 @@ def test_check_leaves_alone(case):
 
 
 def test_derived_count_is_held_against_no_speed():
-    assert (
-        found(twin(columns={"time": COLUMNS["time"] * 2}, derived=["rotations"]), "distance_is_the_planned_one") == []
-    )
+    assert found(twin(columns={"time": COLUMNS["time"] * 2}, derived=["rotations"]), "distance_not_planned") == []
 
 
 @pytest.mark.parametrize(
     ("check", "changes", "columns", "words"),
     [
-        ("load_presses", {}, {"normal_force": -COLUMNS["normal_force"]}, "bodies do not touch"),
-        ("axis_runs_forward", {}, {"rotations": TURNS - 5.0}, "no count"),
-        ("axis_runs_forward", {}, changed("rotations", slice(7, 12), 5.0), "no count"),
-        ("needed_for_a_wear_coefficient", ONLY_CURVED, {}, "one-sided model"),
-        ("interruptions_lie_within_the_run", {"interruptions": [STOP]}, {}, "12,000 rotations in a run of 10,000"),
-        ("depth_is_plausible", {}, {"depth": COLUMNS["depth"] * 1e5}, "crown radius"),
+        ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "bodies do not touch"),
+        ("axis_backward", {}, {"rotations": TURNS - 5.0}, "no count"),
+        ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "no count"),
+        ("missing_input", ONLY_CURVED, {}, "one-sided model"),
+        ("interruption_after_end", {"interruptions": [STOP]}, {}, "12,000 rotations in a run of 10,000"),
+        ("implausible_depth", {}, {"depth": COLUMNS["depth"] * 1e5}, "crown radius"),
     ],
 )
 def test_check_says(check, changes, columns, words):
@@ -227,7 +225,7 @@ def test_check_says(check, changes, columns, words):
 def test_end_value_that_contradicts_the_others_is_found(wrong, factor):
     number, unit = ENDS[wrong]["value"].split()
     run = twin({f"end_values.{wrong}": sure(f"{float(number) * factor:.6g} {unit}")})
-    findings = found(run, "end_values_agree")
+    findings = found(run, "measurements_disagree")
     assert {finding.where for finding in findings} == {"end_values"}
     assert any(wrong in finding.message for finding in findings)
 
@@ -236,18 +234,18 @@ def test_end_value_that_contradicts_the_others_is_found(wrong, factor):
 def test_small_differences_between_end_values_are_left_alone(wrong):
     number, unit = ENDS[wrong]["value"].split()
     run = twin({f"end_values.{wrong}": sure(f"{float(number) * 1.05:.6g} {unit}")})
-    assert found(run, "end_values_agree") == []
+    assert found(run, "measurements_disagree") == []
 
 
 def test_uncertain_end_values_may_differ():
     width = ENDS["curved_disc_track_width"]["value"]
     vague = {"value": f"{float(width.split()[0]) * 1.3} um", "standard_uncertainty": "20 %"}
     changes = {"end_values.flat_disc_track_width": None, "end_values.curved_disc_track_width": vague}
-    assert found(twin(changes), "end_values_agree") == []
+    assert found(twin(changes), "measurements_disagree") == []
 
 
 def test_volume_of_one_disc_alone_is_not_held_against_both():
-    assert found(twin({"end_values.flat_disc_wear_volume": None}), "end_values_agree") == []
+    assert found(twin({"end_values.flat_disc_wear_volume": None}), "measurements_disagree") == []
 
 
 @pytest.mark.parametrize("missing", [None, "conditions.slip"])
@@ -255,7 +253,7 @@ def test_inputs_without_an_uncertainty_are_named(missing):
     changes = {"contact.curved_disc.crown_radius": "10 mm", "end_values.flat_disc_wear_depth": "0.2 um"}
     if missing:
         changes |= {missing: None, "conditions.flat_disc_speed": "832 mm/s"}
-    (finding,) = found(twin(changes), "uncertainties_are_stated")
+    (finding,) = found(twin(changes), "unstated_uncertainty")
     speeds = ["conditions.curved_disc_speed", "conditions.flat_disc_speed"] if missing else []
     expected = ["contact.curved_disc.crown_radius", *speeds, "end_values.flat_disc_wear_depth"]
     assert finding.where.split(", ") == expected
@@ -276,18 +274,18 @@ def test_profile_counts_as_a_volume():
     profile = Profile(X, flattened(X))
     assert segment(CROWN, 1e-4) > 0
     agreeing = {"curved_disc_track_width": sure("200 um"), "curved_disc_wear_depth": sure(f"{cap * 1e6} um")}
-    assert found(profiled(profile, **agreeing, flat_disc_wear_volume=sure("0 mm^3")), "end_values_agree") == []
+    assert found(profiled(profile, **agreeing, flat_disc_wear_volume=sure("0 mm^3")), "measurements_disagree") == []
     wrong = {"curved_disc_track_width": sure("100 um")}
-    findings = found(profiled(profile, **wrong, flat_disc_wear_volume=sure("0 mm^3")), "end_values_agree")
+    findings = found(profiled(profile, **wrong, flat_disc_wear_volume=sure("0 mm^3")), "measurements_disagree")
     assert any("curved_disc_wear_volume" in finding.message for finding in findings)
 
 
 def test_profile_without_a_track_is_noted():
     run = profiled(Profile(X, flattened(X, half=1e-9)))
-    (finding,) = found(run, "profiles_show_wear")
+    (finding,) = found(run, "no_wear_in_profile")
     assert finding.where == "end_values.curved_disc_profile"
     assert "wear track" in finding.message
-    assert found(run, "end_values_agree") == []
+    assert found(run, "measurements_disagree") == []
 
 
 def test_profile_of_the_flat_disc_needs_no_crown():
@@ -295,4 +293,4 @@ def test_profile_of_the_flat_disc_needs_no_crown():
         {"interruptions": [{"rotations": 100, "flat_disc_profile": SOURCE}]},
         profiles={"interruptions[0].flat_disc_profile": Profile(X, grooved(X, tilt=0.02))},
     )
-    assert found(run, "needed_for_a_wear_coefficient") == []
+    assert found(run, "missing_input") == []

@@ -192,8 +192,8 @@ def test_distance_follows_the_time_made_continuous(sample_run):
     np.testing.assert_allclose(cleaned.columns["time"], truth.columns["time"], atol=1e-6)
     np.testing.assert_allclose(cleaned.sliding_distance, truth.sliding_distance, atol=1e-6)
     findings = {finding.code: finding for finding in check_run(raw)}
-    assert findings["signals_need_no_clean_up"].severity == "note"
-    assert "joined at its one restart" in findings["signals_need_no_clean_up"].message
+    assert findings["signals_preprocessed"].severity == "note"
+    assert "joined at its one restart" in findings["signals_preprocessed"].message
     assert not [finding for finding in findings.values() if finding.severity == "error"]
 
 
@@ -240,7 +240,7 @@ def test_load_that_makes_all_friction_impossible_gives_way_to_the_nominal_load(b
     cleaned = clean_run(run_of(bare_run, **wrong))
     assert cleaned.record.left_out == ("normal_force",)
     assert cleaned.run.origins["friction_coefficient"] == "derived from nominal load"
-    assert "load_is_the_nominal_one" in {finding.code for finding in check_run(run_of(bare_run, **wrong))}
+    assert "load_not_nominal" in {finding.code for finding in check_run(run_of(bare_run, **wrong))}
     little = run_of(bare_run, **{**wrong, "friction_force": 0.3 * wrong["normal_force"]})
     assert clean_run(little).record.left_out == ()
 
@@ -356,7 +356,7 @@ def test_a_load_is_never_taken_for_none(bare_run, shares, sign):
 
 def test_turned_load_is_a_warning_and_no_error(bare_run):
     findings = {f.code: f.severity for f in check_run(run_of(bare_run, **TRUTH | {"normal_force": -0.2 + 0 * LOADED}))}
-    assert findings["load_presses"] == "warning"
+    assert findings["load_sign"] == "warning"
     assert "error" not in findings.values()
 
 
@@ -673,6 +673,6 @@ def test_speed_follows_from_track_or_stroke_and_is_else_unknown(sample_run, cond
         assert run.origins["sliding_distance"] == "unknown"
         assert np.isnan(run.sliding_distance).all()
         assert "an unknown distance" in str(run)
-        assert "distance_is_known" in [finding.code for finding in check_run(run)]
+        assert "distance_unknown" in [finding.code for finding in check_run(run)]
     else:
         np.testing.assert_allclose(run.sliding_distance, speed * run.columns["time"], rtol=1e-9)

@@ -44,7 +44,7 @@ def test_what_detect_promises_is_used(tmp_path, run_cli):
     assert {name for name, origin in run.origins.items() if origin == "measured"} == {c["signal"] for c in promised}
     assert run.columns["normal_force"][:2] == pytest.approx([0.2, 0.201])
     assert run.origins["friction_coefficient"] == "derived from measured load"
-    assert "found a median of 0.2005 N" in findings(run)["load_is_the_nominal_one"].message
+    assert "found a median of 0.2005 N" in findings(run)["load_not_nominal"].message
     assert "signals.csv: column 'Fn [mN]' is taken as normal_force, by its name" in run.notes
 
 
@@ -59,7 +59,7 @@ def test_a_placeholder_is_a_missing_sample_that_is_named(tmp_path, token, more):
     assert "signals.csv: column 'Ff [mN]': 1 field holds a placeholder, taken as missing; the first is " + (
         f"{token!r} in line 1236"
     ) in " ".join(run.notes)
-    assert "1 of 2000 samples missing, the first at" in findings(run)["samples_are_not_missing"].message
+    assert "1 of 2000 samples missing, the first at" in findings(run)["missing_samples"].message
 
 
 @pytest.mark.parametrize("more", ["", MORE], ids=["by name", "declared"])
@@ -96,7 +96,7 @@ def test_a_recorded_coefficient_is_not_replaced_by_another(tmp_path):
 )
 def test_what_is_not_used_is_named(tmp_path, names, why):
     found = check_run(read_run(made(tmp_path, names=names)))
-    warnings = [finding for finding in found if finding.code == "recorded_signals_are_used"]
+    warnings = [finding for finding in found if finding.code == "unused_signal"]
     assert {(warning.severity, warning.where) for warning in warnings} == {("warning", "signals")}
     assert any(why in warning.message for warning in warnings)
 
@@ -105,7 +105,7 @@ def test_words_under_the_name_of_a_signal_are_named(tmp_path):
     rows = [row.replace(";100.0;", ";on;").replace(";101.0;", ";off;").replace(";102.0;", ";on;") for row in ROWS]
     run = read_run(made(tmp_path, rows, names=NAMES.replace("Ff [mN]", "friction_force")))
     assert "'friction_force' seems to be friction_force and is not used: it holds words, the first of them 'on'" in (
-        findings(run)["recorded_signals_are_used"].message
+        findings(run)["unused_signal"].message
     )
 
 

@@ -43,7 +43,7 @@ def found_in(run: RawRun) -> dict[str, list[str]]:
 
 def test_a_ladder_in_one_run_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "log.csv", rtec_ladder(), normal_load="5 N", sliding_speed="0.1 m/s"))
-    (told,) = found["conditions_are_steady"]
+    (told,) = found["conditions_change"]
     assert told.startswith(
         "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm one after the other, the first change at "
         "sample 1801; expected one value per run, as stated in run.toml; make one run per step with"
@@ -54,7 +54,7 @@ def test_a_step_of_the_ladder_is_not_flagged(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(rtec_ladder())
     made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=5 N"], split="Step"))
-    assert "conditions_are_steady" not in found_in(read_run(made.folder))
+    assert "conditions_change" not in found_in(read_run(made.folder))
 
 
 @pytest.mark.parametrize("ratio", [1.2, 2.0, 5.0])
@@ -110,7 +110,7 @@ STATED = {"normal_load": "60 N", "track_radius": "25 mm", "rotational_speed": "1
 
 def test_a_sound_recording_breaks_no_identity(tmp_path):
     found = found_in(run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED))
-    assert not found.keys() & {"channels_fit_each_other", "recording_fits_conditions", "conditions_are_steady"}
+    assert not found.keys() & {"channels_disagree", "conditions_differ", "conditions_change"}
 
 
 @pytest.mark.parametrize(
@@ -128,13 +128,13 @@ def test_a_sound_recording_breaks_no_identity(tmp_path):
 )
 def test_stated_values_are_held_against_their_channels(tmp_path, changed, told):
     found = found_in(run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED | changed))
-    assert any(one.startswith(told) for one in found["recording_fits_conditions"])
+    assert any(one.startswith(told) for one in found["conditions_differ"])
 
 
 def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     run = run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED)
     run.columns["friction_force"][:] *= 0.5
-    (told,) = found_in(run)["channels_fit_each_other"]
+    (told,) = found_in(run)["channels_disagree"]
     assert told.startswith(
         "friction_force: found F_f/F_N = μ broken, with 'friction_force', 'normal_force', 'friction_coefficient': the "
         "left side is 0.5 times the right one; expected 1 within 5%"
@@ -192,13 +192,13 @@ def test_the_middle_of_the_strokes_is_the_friction_coefficient(tmp_path):
     assert np.nanmean(cleaned.run.columns["friction_coefficient"]) == pytest.approx(TRUTH.friction, rel=1e-3)
     assert np.mean(run.columns["friction_coefficient"]) < 0.9 * TRUTH.friction
     found = found_in(run)
-    assert not found.keys() & {"strokes_fit_conditions", "strokes_are_used", "friction_is_taken_by_stroke"}
-    assert "recording_fits_conditions" not in found
+    assert not found.keys() & {"strokes_differ", "strokes_unused", "no_friction_per_stroke"}
+    assert "conditions_differ" not in found
 
 
 def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
-    (told,) = found["strokes_are_used"]
+    (told,) = found["strokes_unused"]
     assert told.startswith(
         "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
         "stroke is computed"
@@ -207,7 +207,7 @@ def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
 
 def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="0.1 Hz"))
-    (told,) = found["strokes_fit_conditions"]
+    (told,) = found["strokes_differ"]
     assert told.startswith(
         "conditions.frequency: found 160 strokes of 0.5 s in friction_force, which is 1 Hz; expected the stated 0.1 Hz"
     )
@@ -215,7 +215,7 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
 
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
-    (told,) = found["strokes_fit_conditions"]
+    (told,) = found["strokes_differ"]
     assert told.startswith("conditions.stroke: found 10 mm stated where 'X' moves by 4.9")
 
 
@@ -225,10 +225,10 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     path.write_text(path.read_text(encoding="utf-8").replace('= "Fx"', '= "Ff"'), encoding="utf-8")
     run = read_run(tmp_path / "a")
     found = found_in(run)
-    assert found["strokes_are_used"][0].startswith(
+    assert found["strokes_unused"][0].startswith(
         "friction_force: found friction without sign, although the column 'Fx' changes sign with the stroke"
     )
-    (told,) = found["friction_is_taken_by_stroke"]
+    (told,) = found["no_friction_per_stroke"]
     assert told.startswith(
         "friction_coefficient: found no sign that changes with the stroke, so that no coefficient per "
     )

@@ -85,7 +85,7 @@ CASES = {
         end('curved_disc_wear_depth = "4 mm"'),
         ("end_values.curved_disc_wear_depth", "no less than the crown radius of", "check both units"),
     ),
-    "flat disc worn deeper than the crown radius": (
+    "cylindrical disc worn deeper than the crown radius": (
         end('flat_disc_wear_depth = "5 mm"'),
         ("end_values.flat_disc_wear_depth", "crown radius"),
     ),
@@ -93,7 +93,7 @@ CASES = {
         end('curved_disc_track_width = "8 mm"'),
         ("end_values.curved_disc_track_width", "no less than twice the crown radius of"),
     ),
-    "track on the flat disc wider than twice the crown": (
+    "track on the cylindrical disc wider than twice the crown": (
         end('flat_disc_track_width = "9 mm"'),
         ("end_values.flat_disc_track_width", "twice the crown"),
     ),

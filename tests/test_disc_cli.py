@@ -57,7 +57,7 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("ingest", SAMPLES / RUN), (RUN,)),
         (("ls",), (RUN, "twin-disc", "Si3N4", "air", "250", "ingested")),
         (("correct-drift",), (RUN,)),
-        (("fit", "--model", "sarkar"), ("sarkar", "crowned disc k_D = ", "flat disc k_D = ")),
+        (("fit", "--model", "sarkar"), ("sarkar", "crowned disc k_D = ", "cylindrical disc k_D = ")),
         (("predict", RUN, "--law", "sarkar", "--at", "1e6"), ("sarkar, exact, full-slip", " rotations")),
         (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
         (
@@ -298,7 +298,7 @@ def test_study_is_drafted_run_and_shown(run_cli, home):
     assert "Archard's law" in ran.stdout
     shown = run_cli("study", "show", study.id, cwd=home)
     assert shown.exit_code == 0, shown.stderr
-    for words in ("crowned disc", "flat disc", RUN, FAST):
+    for words in ("crowned disc", "cylindrical disc", RUN, FAST):
         assert words in shown.stdout
     document = document_of(run_cli("study", "show", study.id, "--json", cwd=home))
     assert '"twin-disc"' in json.dumps(document)
@@ -307,9 +307,9 @@ def test_study_is_drafted_run_and_shown(run_cli, home):
 @pytest.mark.slow
 def test_plan_tells_of_both_discs(run_cli, home):
     result = run_cli("plan", RUN, "--interval", "15 %", "--json", cwd=home)
-    assert "k_D of the flat disc" in json.dumps(document_of(result))
+    assert "k_D of the cylindrical disc" in json.dumps(document_of(result))
     assert "crowned disc" in result.stdout
-    assert "flat disc" in result.stdout
+    assert "cylindrical disc" in result.stdout
 
 
 def test_fit_drawn_another_way_is_another_fit(run_cli, home):

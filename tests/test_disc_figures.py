@@ -134,7 +134,7 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     figure = plot_wear(correct_drift(run), curves)
     assert_printable(figure)
     assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
-    assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) crowned disc", "(b) flat disc"]
+    assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) crowned disc", "(b) cylindrical disc"]
     assert figure.axes[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
     assert {ax.get_xlabel() for ax in figure.axes} == {"rotations of the crowned disc / $10^{6}$"}
     ends = run.manifest.end_values
@@ -157,7 +157,7 @@ def test_wear_figure_says_both_coefficients_of_each_law(run):
     (curves,) = curves_of(run)
     words = plot_wear(correct_drift(run), [curves]).axes[0].texts[-1].get_text()
     assert words.startswith("Archard, full-slip:\n$k_\\mathrm{D}$ / mm³/(N·mm) = ")
-    for found, disc in zip(curves.result.bodies.values(), ("crowned disc", "flat disc"), strict=True):
+    for found, disc in zip(curves.result.bodies.values(), ("crowned disc", "cylindrical disc"), strict=True):
         assert f"{found.wear_coefficient.shown('mm^3/(N*mm)').removesuffix(' mm³/(N·mm)')} ({disc})" in words
 
 
@@ -228,7 +228,7 @@ def test_contact_figure_has_the_four_panels_of_figure_9(run):
     ]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     assert {ax.get_xlabel() for ax in figure.axes[2:]} == {"rotations of the crowned disc / $10^{6}$"}
-    depths = {"both discs": "depth", "crowned disc": "curved_depth", "flat disc": "flat_depth"}
+    depths = {"both discs": "depth", "crowned disc": "curved_depth", "cylindrical disc": "flat_depth"}
     assert labels(figure) == ["depth signal, corrected", *depths, "Archard, fitted"]
     first, *others = figure.axes
     signal = line(first, "depth signal, corrected")
@@ -248,7 +248,7 @@ def test_contact_without_depth_signal_keeps_the_law(run):
     columns = {name: column for name, column in run.columns.items() if name != "depth"}
     bare = replace(run, columns=columns)
     figure = plot_contact(correct_drift(bare), curves_of(bare)[0])
-    assert labels(figure) == ["both discs", "crowned disc", "flat disc", "Archard, fitted"]
+    assert labels(figure) == ["both discs", "crowned disc", "cylindrical disc", "Archard, fitted"]
 
 
 @pytest.mark.slow
@@ -415,7 +415,9 @@ def test_study_figure_says_both_coefficients(studied):
     figure, stored = study_figure(studied)
     words = figure.get_suptitle()
     assert words.startswith("Archard's law, full-slip, fitted to 4 runs\n")
-    for found, disc in zip(stored.result.law("archard").bodies.values(), ("crowned disc", "flat disc"), strict=True):
+    for found, disc in zip(
+        stored.result.law("archard").bodies.values(), ("crowned disc", "cylindrical disc"), strict=True
+    ):
         number = found.wear_coefficient.value / 1e-6 * 1e12
         spread = found.wear_coefficient.standard_uncertainty / 1e-6 * 1e12
         shown = Quantity(value=number, unit="1", standard_uncertainty=spread)
@@ -443,7 +445,7 @@ def test_one_sided_study_draws_the_curved_disc_alone(studied):
     runs = tuple(run.model_copy(update={"bodies": {"curved_disc": run.first}}) for run in law.runs)
     alone = changed(stored.result, bodies={"curved_disc": law.first}, runs=runs)
     figure = plot_study_wear(alone, "archard", stored.curves)
-    assert "flat disc" not in labels(figure)
+    assert "cylindrical disc" not in labels(figure)
     assert "flat" not in figure.get_suptitle()
     assert all(len([one for one in ax.lines if len(one.get_xdata()) > 2]) == 1 for ax in figure.axes[:2])
 

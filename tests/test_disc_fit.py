@@ -239,7 +239,7 @@ def test_defaults_stand_in_for_uncertainties_that_nobody_stated_and_are_named():
     assert line.relative == pytest.approx(0.3, rel=0.35)
     (note,) = (note for note in fit.notes if note.startswith("default uncertainty"))
     assert "wear volume of the crowned disc" in note
-    assert "wear volume of the flat disc" in note
+    assert "wear volume of the cylindrical disc" in note
 
 
 def coverage(count: int) -> list[int]:
@@ -463,5 +463,5 @@ def test_worn_flat_of_half_the_crown_radius_is_noted():
 def test_fit_says_itself_in_words():
     fit = fit_discs(exact_run(VOLUMES), recipe=recipe())
     assert str(fit).startswith("archard, full-slip: crowned disc k_D = (4.6")
-    assert "flat disc k_D = (2.0" in str(fit)
+    assert "cylindrical disc k_D = (2.0" in str(fit)
     assert isinstance(fit.bodies["curved_disc"].wear_coefficient, Quantity)

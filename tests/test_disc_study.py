@@ -192,7 +192,7 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
         ends = raw.manifest.end_values.model_copy(update={"flat_disc_wear_volume": none})
         manifest = raw.manifest.model_copy(update={"end_values": ends})
         members[name] = Member(correct_drift(type(raw)(manifest, raw.columns, raw.origins, {}, {}, ())), None)
-    with pytest.raises(FitError, match="s: found no wear of the flat disc in any run that identifies k_D"):
+    with pytest.raises(FitError, match="s: found no wear of the cylindrical disc in any run that identifies k_D"):
         evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 
@@ -201,7 +201,9 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
 
 def test_flat_disc_measured_in_some_fitted_runs_only_is_refused():
     members = {"a": exact_member("a"), "b": exact_member("b", wanted={"curved_disc_wear_volume": 0.05})}
-    with pytest.raises(FitError, match="s: found no measurement of the flat disc in b, although other runs have one"):
+    with pytest.raises(
+        FitError, match="s: found no measurement of the cylindrical disc in b, although other runs have one"
+    ):
         evaluate(Study(id="s", fit=("a", "b"), laws=("archard",)), members)
 
 
@@ -229,7 +231,7 @@ def test_run_without_wear_is_refused_by_name():
     ("where", "key", "value", "words"),
     [
         ("curved_disc", "crown_radius", 5e-3, "crown radius in m"),
-        ("flat_disc", "rolling_radius", 5e-3, "flat disc's radius in m"),
+        ("flat_disc", "rolling_radius", 5e-3, "cylindrical disc's radius in m"),
     ],
 )
 def test_runs_of_other_discs_are_refused(where, key, value, words):

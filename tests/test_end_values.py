@@ -316,7 +316,7 @@ def test_a_load_is_stated_once():
 )
 def test_what_cannot_be_is_an_error_in_one_sentence(shape, end, where, message):
     found = [one for one in check_run(run_of(described(shape, density=False, **end))) if one.severity == "error"]
-    (finding,) = [one for one in found if one.code == "end_values_are_possible"]
+    (finding,) = [one for one in found if one.code == "impossible_measurement"]
     assert finding.where == where
     assert message in finding.message
     assert "; expected " in finding.message
@@ -336,7 +336,7 @@ def test_profile_without_a_flat_names_its_key():
     run = run_of(described(pin_profile={"file": "a.csv"}), unworn)
     with pytest.raises(FitError, match=r"bare: end_values\.pin_profile: profile: found "):
         end_wear(run, DEFAULTS)
-    assert [one.where for one in check_run(run) if one.code == "profiles_show_wear"] == ["end_values.pin_profile"]
+    assert [one.where for one in check_run(run) if one.code == "no_wear_in_profile"] == ["end_values.pin_profile"]
     flat = run_of(described("flat", pin_profile={"file": "a.csv"}), unworn)
     with pytest.raises(FitError, match="profile of a flat pin"):
         end_wear(flat, DEFAULTS)
@@ -349,7 +349,7 @@ def test_end_values_that_contradict_each_other_are_named(way):
 
     def found(end):
         given = {**end.model_dump(mode="json", exclude_none=True, exclude_defaults=True), **beside}
-        return [one for one in check_run(run_of(described(**given))) if one.code == "end_values_agree"]
+        return [one for one in check_run(run_of(described(**given))) if one.code == "measurements_disagree"]
 
     assert found(agreeing) == []
     (finding,) = found(wrong)
@@ -358,7 +358,7 @@ def test_end_values_that_contradict_each_other_are_named(way):
 
 def test_volume_and_mass_of_the_disc_are_compared():
     end = {"disc_wear_volume": si(1e-12, "m^3", 1e-14), "disc_mass_loss": si(2e-12 * DENSITY, "kg", 1e-11)}
-    findings = [one for one in check_run(run_of(described(**end))) if one.code == "end_values_agree"]
+    findings = [one for one in check_run(run_of(described(**end))) if one.code == "measurements_disagree"]
     assert len(findings) == 1
     assert "volume of the disc" in findings[0].message
 

@@ -41,7 +41,7 @@ from tribopipe.shipped import shipped
 
 RUN = "si3n4-air-200mN"
 NOW = "2026-03-01T12:00:00+00:00"
-FOUND = (("warning", "load_presses"), ("error", "density_is_that_of_a_solid"), ("error", "axis_advances"))
+FOUND = (("warning", "load_sign"), ("error", "implausible_density"), ("error", "axis_constant"))
 ROOT = typer.main.get_command(app)
 
 
@@ -278,10 +278,10 @@ def test_every_error_and_finding_has_a_section_and_no_section_is_of_nothing():
 
 
 def test_each_section_is_opened_by_its_code(run_cli):
-    shown = run_cli("help", "unit-error", "axis_advances").stdout
+    shown = run_cli("help", "unit-error", "axis_constant").stdout
     assert "### unit-error" in shown
     assert "a bare number is refused" in shown.lower()
-    assert "### axis_advances" in shown
+    assert "### axis_constant" in shown
     assert "## " not in shown.replace("### ", "")
 
 
@@ -334,13 +334,13 @@ def on_a_terminal(monkeypatch):
 def test_on_a_terminal_an_error_is_followed_by_where_to_read_on(on_a_terminal, monkeypatch):
     from tribopipe.cli.output import exit_with, say_where_to_read
 
-    say_where_to_read(["unit-error", "axis_advances", "unit-error", "of_a_plug_in"])
-    assert on_a_terminal == ["more on this: tribopipe help unit-error axis_advances"]
+    say_where_to_read(["unit-error", "axis_constant", "unit-error", "of_a_plug_in"])
+    assert on_a_terminal == ["more on this: tribopipe help unit-error axis_constant"]
     monkeypatch.setattr("tribopipe.cli.manual.links", lambda codes: [f"https://x.org/{code}" for code in codes])
     say_where_to_read(["fit-error"])
     assert on_a_terminal[1:] == ["more on this: tribopipe help fit-error\nhttps://x.org/fit-error"]
-    exit_with([], some_done=True, warned=["load_presses"])
-    assert on_a_terminal[2].startswith("more on this: tribopipe help load_presses")
+    exit_with([], some_done=True, warned=["load_sign"])
+    assert on_a_terminal[2].startswith("more on this: tribopipe help load_sign")
 
 
 def test_elsewhere_an_error_is_one_line(run_cli):
@@ -362,7 +362,7 @@ def test_a_refused_run_leads_to_its_finding(bare_run):
     found = [Finding(severity=how, code=check, where="x", message="y", remedy="z") for how, check in FOUND]
     with pytest.raises(CheckError) as refused:
         refuse_errors(bare_run, found)
-    assert refused.value.code == "density_is_that_of_a_solid"
+    assert refused.value.code == "implausible_density"
 
 
 def test_links_lead_to_the_site_that_the_package_names(monkeypatch):
@@ -375,7 +375,7 @@ def test_links_lead_to_the_site_that_the_package_names(monkeypatch):
         return told
 
     monkeypatch.setattr("importlib.metadata.metadata", named)
-    assert links(["axis_advances"]) == ["https://example.org/tribopipe/messages.html#axis-advances"]
+    assert links(["axis_constant"]) == ["https://example.org/tribopipe/messages.html#axis-advances"]
 
 
 # --- demo ---

@@ -108,7 +108,7 @@ def test_measurement_at_the_very_end_is_no_interval_of_its_own():
 
 @pytest.mark.parametrize(("ran_in", "found"), [(RAN_IN, 1), (0.0, 0)])
 def test_check_says_where_the_overall_rate_is_not_the_steady_one(ran_in, found):
-    findings = [one for one in check_run(weighed(lost(ran_in))) if one.code == "overall_rate_is_the_steady_one"]
+    findings = [one for one in check_run(weighed(lost(ran_in))) if one.code == "rate_not_steady"]
     assert [one.severity for one in findings] == found * ["warning"]
 
 

@@ -164,7 +164,7 @@ def test_a_file_that_is_cut_or_replaced_begins_anew_and_is_told_once(sample_run)
     assert not session.alarmed
     signals.write_bytes(content[: len(content) // 2])
     found = session.look()
-    assert [alarm.kind for alarm in found.alarms] == ["anew"]
+    assert [alarm.kind for alarm in found.alarms] == ["replaced"]
     assert found.samples < 700
     signals.write_bytes(b"Rig 7\n" + content)
     assert session.look().samples == 1251

@@ -249,7 +249,7 @@ def test_one_that_fails_does_not_stop_the_others(run_cli):
     [
         (("--at", "5"), "expected a distance"),
         (("--at", "1 m", "--wear-coefficient", K_D), "found 2 wear coefficients"),
-        (("--at", "0 m"), "expected some, all above zero"),
+        (("--at", "0 m"), "expected one or more positive distances"),
         (("--at", "1 m", "--wear-coefficient", "1 m"), "--wear-coefficient"),
         (("--at", "1e9 m"), "more than the tip holds"),
     ],

@@ -351,7 +351,7 @@ def test_a_clock_that_goes_back_within_a_mean_is_seen(sample_run):
     lines = signals.read_text().splitlines()
     lines[603], lines[604] = lines[604], lines[603]
     signals.write_text("\n".join(lines) + "\n")
-    (found,) = [one for one in check_run(read_run(sample_run)) if one.code == "axis_runs_forward"]
+    (found,) = [one for one in check_run(read_run(sample_run)) if one.code == "axis_backward"]
     assert "at sample 604 after" in found.message
 
 

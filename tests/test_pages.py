@@ -154,7 +154,7 @@ def test_page_needs_no_curve(archive, monkeypatch):
 
 def test_page_of_two_discs_has_both(short_discs):
     page = run_page(short_discs, short_discs.ids()[0])
-    assert [group.title for group in page.facts][:2] == ["Crowned disc", "Flat disc"]
+    assert [group.title for group in page.facts][:2] == ["Crowned disc", "Cylindrical disc"]
     assert facts_of(page, "Crowned disc")["crown radius"].endswith(" mm")
     assert facts_of(page, "Conditions")["slip"].endswith(" %")
     assert facts_of(page, "Recorded")["rotations"]
@@ -385,10 +385,13 @@ def test_disc_fit_tells_both_discs():
     told = facts_of(page, "")
     assert (
         told["k_D of the crowned disc by Archard's law"]
-        == told["k_D of the flat disc by Archard's law"]
+        == told["k_D of the cylindrical disc by Archard's law"]
         == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     )
-    assert (told["correlation of both k_D"], told["peak pressure of the unworn contact"]) == ("0.25", "500 MPa")
+    assert (told["correlation between the two k_D values"], told["peak pressure of the unworn contact"]) == (
+        "0.25",
+        "500 MPa",
+    )
     volume, width = table(page, "measured values and the fitted law")
     assert volume == ("wear volume of the crowned disc", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
@@ -588,7 +591,7 @@ def test_study_page_of_discs_has_a_row_for_each():
     curved, flat = told.tables[0].rows
     disc = ("crowned disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
     assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
-    assert flat[:9] == ("", "", "", "", "", "flat disc", "100 µm", "100 µm", "90 to 110")
+    assert flat[:9] == ("", "", "", "", "", "cylindrical disc", "100 µm", "100 µm", "90 to 110")
     assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."

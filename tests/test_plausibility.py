@@ -84,7 +84,7 @@ def test_implausible_input_is_named(changes, load, severity, where):
 def test_radius_that_only_a_diameter_could_tell_from_a_diameter_is_noted():
     """4 mm and 8 mm are both usual balls: the note says which one is meant."""
     notes = [one for one in check_run(bench({"contact.pin.radius": "4 mm"})) if one.where == "contact.pin.radius"]
-    assert [(one.severity, one.code) for one in notes] == [("note", "radius_can_be_compared")]
+    assert [(one.severity, one.code) for one in notes] == [("note", "radius_unchecked")]
     assert "8.000 mm" in notes[0].message or "8 mm" in notes[0].message
 
 

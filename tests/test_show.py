@@ -232,8 +232,8 @@ def odd(archive):
 
 @pytest.mark.usefixtures("odd")
 def test_links_in_circles_lead_nowhere(show):
-    refused(show("--path", "odd/loop"), "expected a part of this file")
-    refused(show("--path", "odd/loop", "--json"), "expected a part of this file")
+    refused(show("--path", "odd/loop"), "expected an object in this file")
+    refused(show("--path", "odd/loop", "--json"), "expected an object in this file")
 
 
 def test_links_that_multiply_come_to_an_end(show, archive):
@@ -242,7 +242,7 @@ def test_links_that_multiply_come_to_an_end(show, archive):
         for number in range(60):
             file[f"link_{number + 1}"] = h5py.SoftLink(f"link_{number}/link_{number}")
     assert show("--path", "link_3").exit_code == 0
-    refused(show("--path", "link_60"), "found more than 16 links one after another", "expected a part of this file")
+    refused(show("--path", "link_60"), "found more than 16 links one after another", "expected an object in this file")
 
 
 @pytest.mark.usefixtures("odd")

@@ -478,7 +478,7 @@ INTERVALS = {
     "5 mm": ["--interval", "'mm'"],
     "0,5 %": ["--interval", "'0,5 %'", "point"],
     "nan %": ["--interval", "'nan %'"],
-    "0 %": ["found an interval of 0", "above zero", "'10 %'"],
+    "0 %": ["--interval: found 0", "a positive value", "'10 %'"],
     "-5 %": ["found an interval of -0.05", "above zero"],
 }
 

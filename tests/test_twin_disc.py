@@ -45,7 +45,7 @@ CASES = {
     "Section 3.5": Case(0.25, 4e-3, 4e-3, 4e-3, SI3N4, 0.04, 4.6e-18, 2.0e-18, 1e6),
     "unequal radii": Case(5.0, 8e-3, 20e-3, 35e-3, SI3N4, 0.1, 3e-17, 8e-17, 3e5),
     "negative slip": Case(0.3, 10e-3, 20e-3, 12e-3, ZRO2, -0.05, 2e-17, 5e-18, 1e6),
-    "flat disc only": Case(0.3, 4e-3, 5e-3, 4e-3, ZRO2, 0.02, 0.0, 3e-16, 1e5),
+    "cylindrical disc only": Case(0.3, 4e-3, 5e-3, 4e-3, ZRO2, 0.02, 0.0, 3e-16, 1e5),
     "hardly worn": Case(40.0, 10e-3, 20e-3, 30e-3, 1e9, 0.01, 1e-16, 2e-16, 50.0),
     "deeply worn": Case(0.3, 4e-3, 30e-3, 40e-3, ZRO2, 0.3, 1e-14, 3e-15, 1e5),
 }
@@ -304,7 +304,7 @@ def flow_chart(case: Case, convention, steps) -> np.ndarray:
 
 # Those in which the longer axis lies across, as the plain Hertz above has it.
 plain = pytest.mark.parametrize(
-    "case", [CASES[name] for name in ("Table 3", "Section 3.5", "negative slip", "flat disc only")]
+    "case", [CASES[name] for name in ("Table 3", "Section 3.5", "negative slip", "cylindrical disc only")]
 )
 
 
@@ -323,7 +323,7 @@ def test_published_steps_are_those_of_the_flow_chart(case, convention):
 
 
 def test_one_disc_that_wears_goes_by_figure_8():
-    # Eq. 10–13: the flat disc keeps its radius, the distance in a step is 2a_z.
+    # Eq. 10–13: the cylindrical disc keeps its radius, the distance in a step is 2a_z.
     load, crown, curved, flat, modulus, _, k, _, _ = TABLE_3
     a_x, a_z = hertz(load, crown, curved * flat / (curved + flat), modulus)
     p, u, h = load / (np.pi * a_x * a_z), load / (2 * modulus * np.sqrt(a_x * a_z)), 0.0
@@ -341,7 +341,7 @@ def test_one_disc_that_wears_goes_by_figure_8():
 
 
 @all_conventions
-@pytest.mark.parametrize("name", ["Table 3", "Section 3.5", "unequal radii", "negative slip", "flat disc only"])
+@pytest.mark.parametrize("name", ["Table 3", "Section 3.5", "unequal radii", "negative slip", "cylindrical disc only"])
 def test_published_steps_converge_to_the_exact_model_at_first_order(name, convention):
     case = CASES[name]
     exact = values(worn(case, convention), "half_width", "curved_volume", "flat_volume")
@@ -777,7 +777,7 @@ def test_rotations_that_are_no_number_do_not_pass_for_none(turns):
 
 VANISHING = {
     # At a depth of h = r·(1 − 1/(1 + slip)) of the faster disc, whose wear alone counts here.
-    "flat disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, 1e-4, 0.0, 1e-16, 0.0),
+    "cylindrical disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, 1e-4, 0.0, 1e-16, 0.0),
     "crowned disc faster": Case(0.3, 4e-3, 4e-3, 4e-3, ZRO2, -1e-3, 1e-16, 0.0, 0.0),
 }
 TIMES = {"full-slip": [1e7, 3e7, 1e8, 3e8], "volume-conserving": [1e10, 3e10, 1e11, 3e11]}
@@ -846,7 +846,7 @@ def test_depths_at_which_slip_has_vanished_are_never_reached(convention):
 @pytest.mark.parametrize("turns", [3e6, 1e7, 1e8])
 def test_slip_that_turns_round_is_slid_both_ways_by_the_contact_s_width(turns):
     # This convention wears on whatever the slip.
-    case = VANISHING["flat disc faster"]._replace(rotations=turns)
+    case = VANISHING["cylindrical disc faster"]._replace(rotations=turns)
     state, truth = worn(case, "contact-width"), integrated(case, "contact-width")
     assert float(state.flat_depth) == approx(truth["flat_depth"], rel=1e-9)
     assert truth["slip"] < 0

@@ -447,7 +447,7 @@ def test_k_d_of_discs_is_turned_into_that_of_eq_9(run_cli, disc_archive, tmp_pat
     assert told["wear_coefficient"]["standard_uncertainty"] / same.bodies["curved_disc"].value == pytest.approx(
         own.standard_uncertainty / own.value
     )
-    assert "flat disc wore too" in done.stderr
+    assert "cylindrical disc wore too" in done.stderr
     assert "and turned into volume-conserving, as Eq. 9 has it" in comments_of(tmp_path / "out")
 
 

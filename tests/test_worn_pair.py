@@ -124,7 +124,7 @@ def test_contradictions_between_the_bodies_are_named(wrong):
     def found(end):
         names = ("pin_wear_depth", "pin_scar_diameter", "disc_wear_depth", "disc_track_width")
         run = run_of(described(conditions=CIRCLE, **{name: end[name] for name in names}))
-        return [one for one in check_run(run) if one.code == "end_values_agree"]
+        return [one for one in check_run(run) if one.code == "measurements_disagree"]
 
     assert found(given) == []
     changed = {**given[wrong], "value": 1.5 * given[wrong]["value"]}

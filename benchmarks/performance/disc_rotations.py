@@ -16,7 +16,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     """Yield the pair."""
     steps = setting.of(100_000, small=1000)
     yield Pair(
-        f"two discs through 10⁸ rotations, at {_PLACES} places",
+        f"two discs through 10⁸ rotations, at {_PLACES} points",
         lambda: discs(PUBLISHED).worn(np.linspace(0.0, MANY_ROTATIONS, _PLACES), CURVED, FLAT),
         lambda: published_wear(discs(PUBLISHED), np.ones(steps), CURVED, FLAT),
         f"the published step for each rotation; {steps:,} timed and scaled",

@@ -33,13 +33,13 @@ def rows(setting: Setting) -> Iterator[Row]:
     compiled = _compiled(euler)
     steps = each_to(ACCURACY, compiled, setting)
     looped = setting.of(200, small=20)
-    there = f"of the published scheme, {steps * PLACES:,} steps for {end_error(compiled(PLACES, steps, PLACES)):.1e}"
-    loop = f"numpy loop {there} at the end; {looped * steps:,} timed and scaled"
-    off = f"{np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} along the curve"
+    there = f"of the published scheme, {steps * PLACES:,} steps for a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
+    loop = f"numpy loop {there}; {looped * steps:,} timed and scaled"
+    off = f"{np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} relative error along the curve"
     by_solver = f"scipy's solve_ivp (DOP853, rtol {_TOLERANCE:.0e}), {off}"
     peers: list[tuple[str, Callable[[], object], float, float | None]] = [
         (loop, lambda: euler(looped, steps, PLACES), PLACES / looped, 1000),
-        (f"numba loop {there} at the end", lambda: compiled(PLACES, steps, PLACES), 1.0, 20),
+        (f"numba loop {there}", lambda: compiled(PLACES, steps, PLACES), 1.0, 20),
         (by_solver, solved, 1.0, None),
     ]
     for beside, peer, scaled, at_least in peers:
@@ -55,7 +55,7 @@ def _compiled(scheme: Callable[[int, int, int], Column]) -> Callable[[int, int, 
     return found
 
 
-_WHAT = f"exact curve of a pin, {PLACES:,} places"
+_WHAT = f"exact curve of a pin, {PLACES:,} points"
 
 
 def exact() -> Column:

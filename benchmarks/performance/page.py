@@ -37,7 +37,7 @@ class Timed(NamedTuple):
         """Say how both compare, the way that is asked for; of what is far faster, how many times."""
         ratio = self.ours.median / self.peer.median
         turned = self.pair.at_least is not None or ratio < _FAR_FASTER
-        return f"{1 / ratio:,.4g} times as fast" if turned else f"{ratio:.3g}"
+        return f"{float(f'{1 / ratio:.4g}'):,.10g} times as fast" if turned else f"{ratio:.3g}"
 
 
 class Grown(NamedTuple):

@@ -28,7 +28,7 @@ class Weight(NamedTuple):
 
     def __str__(self) -> str:
         """Say both in MB, or one where they are the same."""
-        of_it = "" if self.more == self.whole else f" ({self.more / 1e6:.0f} MB more than before)"
+        of_it = "" if self.more == self.whole else f" ({self.more / 1e6:.0f} MB increase)"
         return f"{self.whole / 1e6:.0f} MB{of_it}"
 
 

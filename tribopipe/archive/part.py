@@ -32,8 +32,8 @@ def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
     part = part_at(file, path)
     if isinstance(part, NoPart) and part.beyond:
         raise ArchiveError(
-            f"{_name(file)}: found {part.beyond}, at {path!r}; expected a part of this file; open it elsewhere if you "
-            "trust it"
+            f"{_name(file)}: found {part.beyond}, at {path!r}; expected an object in this file; open the target "
+            "separately if you trust it"
         )
     if isinstance(part, NoPart | h5py.Datatype):
         raise _no_part(file, path)

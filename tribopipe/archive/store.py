@@ -388,7 +388,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no study {study_id!r}; expected one in the archive; "
+                f"{self.folder}: found no study {study_id!r}; expected the ID of an archived study; "
                 f"{did_you_mean(study_id, self.study_ids())}"
             )
         with opened(path) as file:

@@ -43,12 +43,16 @@ Jobs = Annotated[
 ]
 JobsOnAllCores = Annotated[
     int | None,
-    typer.Option("-j", "--jobs", min=0, help="Processes at once.", show_default="as many as there are cores"),
+    typer.Option(
+        "-j", "--jobs", min=0, help="Number of parallel processes; 0 for all cores.", show_default="all cores"
+    ),
 ]
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        "--scheduler", metavar="ADDRESS", help='Dask scheduler, such as tcp://10.0.0.1:8786, or "local" for one here.'
+        "--scheduler",
+        metavar="ADDRESS",
+        help='Dask scheduler, such as tcp://10.0.0.1:8786, or "local" for one on this computer.',
     ),
 ]
 Shard = Annotated[

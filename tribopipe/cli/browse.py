@@ -10,16 +10,16 @@ from tribopipe.cli.listing import up_to_date
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, require_archive
 from tribopipe.cli.output import say
 
-Port = Annotated[int, typer.Option("--port", help="Port; any free one by default.", min=0, max=65_535)]
+Port = Annotated[int, typer.Option("--port", help="Port; default: any free port.", min=0, max=65_535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the address.")]
 SERVER_PACKAGES = ("anyio", "fastapi", "h5grove", "starlette", "uvicorn")
 """Packages of the extra web."""
 
 
 def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
-    """Show an archive in the web browser, until Ctrl-C.
+    """Show an archive in the web browser. Press Ctrl-C to stop.
 
-    Only this machine can reach the pages, with the printed address, and they change nothing.
+    The pages are accessible only from this computer, at the printed address, and are read-only.
     """
     require_archive(archive)
     require_server()

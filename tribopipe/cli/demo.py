@@ -18,9 +18,9 @@ def demo(
     port: Port = 0,
     no_browser: NoBrowser = False,
 ) -> None:
-    """Record, process and browse sample runs.
+    """Simulate, process and browse sample runs.
 
-    Everything is put into one folder, which can be deleted afterwards. A second time what is there is shown at once.
+    Everything is written to one folder, which can be deleted afterwards. Results that already exist are shown at once.
     """
     require_server()
     _begin(folder)

@@ -51,28 +51,26 @@ def umeshmotion(
     run: Annotated[
         str,
         typer.Argument(
-            help="Id of an archived run, or a run folder.", metavar="ID|RUN_FOLDER", autocompletion=archived_ids
+            help="ID of an archived run, or a run folder.", metavar="ID|RUN_FOLDER", autocompletion=archived_ids
         ),
     ],
     law: Law = "archard",
     wear_coefficient: Annotated[
         str | None,
         typer.Option(
-            help='k_D of the pin or the crowned disc, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s.'
+            help='k_D of the pin or the crowned disc, such as "13.5e-9 mm^3/(N*mm)"; default: from the archived fit.'
         ),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
     ] = None,
-    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the crowned disc.")] = None,
+    speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
     until: Annotated[
-        str | None, typer.Option(help='Sliding distance to wear to, "500 m", or rotations of the crowned disc, "1e6".')
+        str | None, typer.Option(help='Sliding distance to simulate, "500 m", or rotations of the crowned disc, "1e6".')
     ] = None,
     element_size: Annotated[
         str | None,
-        typer.Option(
-            help='Size of the mesh in the contact, "1 um"; by default a tenth of the radius of the unworn contact.'
-        ),
+        typer.Option(help='Mesh size in the contact, "1 um"; default: a tenth of the radius of the unworn contact.'),
     ] = None,
     jtyp: Annotated[
         Literal["0", "1", "none"],
@@ -81,17 +79,15 @@ def umeshmotion(
             "out, as ABAQUS 6.5 and 6.6 document it."
         ),
     ] = "0",
-    output: Annotated[
-        Path | None, typer.Option("--output", help="Folder to write into; by default umeshmotion-ID.")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", help="Output folder; default: umeshmotion-ID.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.
 
-    Next to it: the step for an input file, a harness that drives the subroutine without ABAQUS, and what to know. It
-    has been compiled and driven by the harness; it has not been run in ABAQUS.
+    It also writes the step for an input file, a harness that calls the subroutine without ABAQUS, and notes. The
+    subroutine has been compiled and run with the harness, but not in ABAQUS.
     """
     from tribopipe.extras.abaqus.texts import texts
 

@@ -18,7 +18,7 @@ _Job = tuple[str, str, Path]
 
 
 def export_csv(
-    ids: Annotated[list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
     what: Annotated[
         str | None,
         typer.Option(

@@ -44,22 +44,22 @@ def export_dataset(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Ids of archived runs and studies, a study with its runs; all unless named.",
+            help="IDs of archived runs and studies, a study with its runs; default: all.",
             metavar="ID",
             autocompletion=_archived,
         ),
     ] = None,
     ro_crate: Annotated[
         Path | None,
-        typer.Option("--ro-crate", help="RO-Crate to write: a folder, or a zip where OUT ends in .zip.", metavar="OUT"),
+        typer.Option(
+            "--ro-crate", help="RO-Crate to write: a folder, or a ZIP file if OUT ends in .zip.", metavar="OUT"
+        ),
     ] = None,
-    eln: Annotated[
-        Path | None, typer.Option("--eln", help="File for electronic lab notebooks to write.", metavar="OUT.eln")
-    ] = None,
+    eln: Annotated[Path | None, typer.Option("--eln", help="ELN file to write.", metavar="OUT.eln")] = None,
     dataset: Annotated[
         Path | None,
         typer.Option(
-            "--dataset", help="TOML file with title, people, license; by default dataset.toml next to the archive."
+            "--dataset", help="TOML file with title, people, license; default: dataset.toml next to the archive."
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
@@ -69,9 +69,9 @@ def export_dataset(
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.
 
-    `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`, and so is --eln. Inside:
-    the archive's files byte for byte, the instrument's files, every part as CSV and JSON, reports, a codebook, and
-    metadata by which machines find it. `tribopipe import` is the way back.
+    `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`, and so is --eln. It
+    contains the files of the archive byte for byte, the files of the instrument, all data as CSV and JSON, reports, a
+    codebook, and machine-readable metadata. Use `tribopipe import` to reimport it.
     """
     from tribopipe.extras.fair.export import choose, export_crate
     from tribopipe.pipeline.output_paths import require_free

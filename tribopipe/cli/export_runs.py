@@ -36,8 +36,8 @@ def export_runs(
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
-    Numbers are in the unit of the heading, with their u. CSV and workbooks have every column, and u in a column of its
-    own; LaTeX and Markdown those that ls shows.
+    Numbers are in the unit of the heading, with their u. CSV files and workbooks have all columns, with u in separate
+    columns; LaTeX and Markdown have the columns that ls shows.
     """
     from tribopipe.archive.catalog.columns import columns_named
     from tribopipe.base.files import write_file

@@ -32,14 +32,14 @@ def show(
     run_id: Annotated[
         str,
         typer.Argument(
-            help="Id of an archived run, or a file with a profile.", metavar="ID|FILE", autocompletion=archived_ids
+            help="ID of an archived run, or a file with a profile.", metavar="ID|FILE", autocompletion=archived_ids
         ),
     ],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     path: Annotated[
         str | None, typer.Option(help="Part of the run's HDF5 file to show, such as /entry/wear.", metavar="PATH")
     ] = None,
-    rows: Annotated[int, typer.Option(help="First and last rows that are shown of a part.", min=1)] = 5,
+    rows: Annotated[int, typer.Option(help="Number of first and last rows to show of a part.", min=1)] = 5,
     plot: Plot = False,
     radius: Radius = None,
     position_unit: PositionUnit = None,
@@ -116,9 +116,7 @@ def _show_run(store: "Archive", run_id: str, *, plot: bool, in_full: bool, as_js
 
 @schema_app.command("export")
 def export_schemas(
-    folder: Annotated[Path, typer.Argument(help="Folder to write *.schema.json and *.nxdl.xml into.")] = Path(
-        "schemas"
-    ),
+    folder: Annotated[Path, typer.Argument(help="Output folder for *.schema.json and *.nxdl.xml.")] = Path("schemas"),
 ) -> None:
     """Write JSON Schemas and NeXus definitions.
 

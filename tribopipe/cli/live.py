@@ -41,10 +41,10 @@ def live(
         typer.Option("--disc-wear", help="Wear of the disc expected at the planned end: '0.15 +- 0.1 um'."),
     ] = None,
     drift_from: Annotated[
-        Path | None, typer.Option("--drift-from", help="Archive to take the drift of this instrument from.")
+        Path | None, typer.Option("--drift-from", help="Archive with earlier runs on this instrument, for its drift.")
     ] = None,
     wear_from: Annotated[
-        Path | None, typer.Option("--wear-from", help="Archive to take k_D of the same bodies from.")
+        Path | None, typer.Option("--wear-from", help="Archive with earlier runs of the same bodies, for their k_D.")
     ] = None,
     every: Annotated[float, typer.Option("--every", help="Time between updates, s.", min=0.1)] = 5.0,
     until_still: Annotated[
@@ -59,7 +59,7 @@ def live(
 ) -> None:
     """Follow a test while it runs: k_D so far, and warnings.
 
-    Nothing is archived: the run is processed when it has ended. Exit code 1 where something was amiss.
+    Nothing is archived; process the run when it has ended. Exit code 1 after an alarm.
     """
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.wear.given_parameters import law_as_given
@@ -206,10 +206,11 @@ def _lines(update: "LiveUpdate") -> Iterator[str]:
     if found is None:
         yield update.lacks or ""
         return
-    yield f"k_D = {found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 %: {between(found.interval, WEAR_COEFFICIENT)}"
-    yield f"worn {found.wear_depth.shown('um')}, 95 %: {between(found.wear_depth_interval, 'um')}"
+    interval = between(found.interval, WEAR_COEFFICIENT)
+    yield f"k_D = {found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % CI: {interval}"
+    yield f"worn {found.wear_depth.shown('um')}, 95 % CI: {between(found.wear_depth_interval, 'um')}"
     if found.planned_distance and found.predicted_depth and found.predicted_interval:
-        ahead = f"{found.predicted_depth.shown('um')}, 95 %: {between(found.predicted_interval, 'um')}"
+        ahead = f"{found.predicted_depth.shown('um')}, 95 % CI: {between(found.predicted_interval, 'um')}"
         yield f"expected at {found.planned_distance.shown('m')}: {ahead}"
     yield f"drift {found.drift_rate.shown('nm/min')}"
 

@@ -60,7 +60,7 @@ def local_wear(
     runs: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Ids of archived runs, or folders of runs; none for every archived run.",
+            help="IDs of archived runs, or folders of runs; none for every archived run.",
             metavar="ID|RUN",
             autocompletion=archived_ids,
         ),

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
 ArchivedIds = Annotated[
-    list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)
+    list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)
 ]
 
 
 def mark_bad(
-    run_id: Annotated[str, typer.Argument(help="Id of an archived run.", metavar="ID", autocompletion=archived_ids)],
+    run_id: Annotated[str, typer.Argument(help="ID of an archived run.", metavar="ID", autocompletion=archived_ids)],
     reason: Annotated[str, typer.Option("--reason", help="Reason; kept with the run.")],
     undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,

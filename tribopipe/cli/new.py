@@ -27,19 +27,17 @@ def new(
             metavar="FILE",
         ),
     ],
-    into: Annotated[Path, typer.Option("--into", help="Folder to make the run's folder in.")] = Path(),
+    into: Annotated[Path, typer.Option("--into", help="Folder in which to create the run folder.")] = Path(),
     run_id: Annotated[
-        str | None, typer.Option("--id", help="Id of the run; by default made from the first file's name.")
+        str | None, typer.Option("--id", help="ID of the run; default: from the name of the first file.")
     ] = None,
     template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file of what is the same in all runs of the lab.")
+        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
     ] = None,
     reader: ReaderName = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option(
-            "--set", help="Key of run.toml with its value: conditions.normal_load='5 N'.", metavar="KEY=VALUE"
-        ),
+        typer.Option("--set", help="Key of run.toml and its value: conditions.normal_load='5 N'.", metavar="KEY=VALUE"),
     ] = None,
     profiles: Annotated[
         list[str] | None,
@@ -47,46 +45,45 @@ def new(
     ] = None,
     sheet: SheetName = None,
     each_sheet: Annotated[
-        bool, typer.Option("--each-sheet", help="Make a run folder of each sheet of a workbook that holds a test.")
+        bool,
+        typer.Option("--each-sheet", help="Create a run folder for each sheet of a workbook that contains a test."),
     ] = False,
     each_row: Annotated[
         bool,
         typer.Option(
             "--each-row",
-            help="Make a run folder of each row of a table of finished tests, .csv or .xlsx, without recordings.",
+            help="Create a run folder for each row of a table of tests without recordings, .csv or .xlsx.",
         ),
     ] = False,
     split: Annotated[
         str | None,
         typer.Option(
-            "--split", help="Make a run folder of each step, by the column that numbers them.", metavar="COLUMN"
+            "--split", help="Create a run folder for each step, by the column with step numbers.", metavar="COLUMN"
         ),
     ] = None,
     accept: Annotated[
         bool,
-        typer.Option(
-            "--accept", help="Take the values that the file's name and the recording offer, where they agree."
-        ),
+        typer.Option("--accept", help="Accept values found in the file name and the recording if they agree."),
     ] = False,
     ends: Annotated[
         Path | None,
         typer.Option(
             "--ends",
-            help="Table, .csv or .xlsx, of loads, scars and volumes of many runs, one row each; each file is a run.",
+            help="Table, .csv or .xlsx, with loads, scars and volumes of many runs, one per row; each file is a run.",
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make a run folder from the files of an instrument.
+    """Create a run folder from the files of an instrument.
 
-    The files are copied, and run.toml is written with everything that they contain.
+    The files are copied, and their metadata are written to run.toml.
 
-    Of a folder it makes a run folder of each export, and names duplicates, tests that are much shorter than the others,
-    and what is no export. With --each-sheet or --split it makes a folder of each test in the file, each with its own
-    copy of it. With --each-row it makes one of each row of a table of tests that were not recorded.
+    For a folder, it creates one run folder per export and lists duplicates, unusually short tests and files that are
+    not exports. With --each-sheet or --split, it creates one run folder per test in the file, each with its own copy of
+    the file. With --each-row, it creates one run folder per row of a table of tests without recordings.
 
-    On a terminal it asks for what only the lab knows; elsewhere, and where nothing is answered, run.toml has a
-    commented line for it. The files themselves stay as they are.
+    In a terminal, it prompts for values that the files do not contain; unanswered values become commented lines in
+    run.toml. The original files are not modified.
     """
     from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.readers.draft.export_folder import are_many, make_each

@@ -65,7 +65,7 @@ RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file wit
 RunIds = Annotated[
     list[str] | None,
     typer.Argument(
-        help="Ids of archived runs; by default every run without this step.",
+        help="IDs of archived runs; default: all runs without this step.",
         metavar="ID",
         autocompletion=archived_ids,
     ),
@@ -104,7 +104,7 @@ Pressure = Annotated[
     WearEngine | None,
     typer.Option(
         "--engine",
-        help="Depth of a pin by the Global Incremental Wear Model, its volume, or local wear; overrides a recipe.",
+        help="Wear model of the pin: GIWM, wear volume or local wear; overrides the recipe.",
     ),
 ]
 

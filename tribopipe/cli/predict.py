@@ -94,15 +94,15 @@ def predict(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; by default the archived fit\'s. Of both bodies once for '
-            'each, with its name: pin="1e-9 mm^2/N" disc="4e-7 mm^2/N".'
+            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; default: from the archived fit. For both bodies, give '
+            'the option twice, with body names: pin="1e-9 mm^2/N", disc="4e-7 mm^2/N".'
         ),
     ] = None,
     law: Law = "archard",
     scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="Euler steps of the published scheme; by default 50000, or one per rotation."),
+        typer.Option(min=1, help="Euler steps of the published scheme; default: 50000, or one per rotation."),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
@@ -112,24 +112,31 @@ def predict(
         typer.Option(help='Sliding distance to predict at, "500 m", or rotations of discs, "1e6"; may be repeated.'),
     ] = None,
     depth: Annotated[
-        list[str] | None, typer.Option(help='Wear depth to find the distance of, "30 um"; may be repeated.')
+        list[str] | None,
+        typer.Option(help='Wear depth at which to calculate the sliding distance, "30 um"; may be repeated.'),
     ] = None,
-    load: Annotated[str | None, typer.Option(help='Another normal load, "400 mN".')] = None,
-    speed: Annotated[str | None, typer.Option(help="Another speed of sliding, or of the crowned disc.")] = None,
+    load: Annotated[str | None, typer.Option(help='Different normal load, "400 mN".')] = None,
+    speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
     source: Annotated[
         list[str] | None,
         typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
     ] = None,
     target: Annotated[
         list[str] | None,
-        typer.Option("--onto", help="Archived run to predict and judge; may be repeated.", autocompletion=archived_ids),
+        typer.Option(
+            "--onto",
+            help="Archived run to predict and compare with its measurement; may be repeated.",
+            autocompletion=archived_ids,
+        ),
     ] = None,
-    radius: Annotated[str | None, typer.Option(help='Another pin radius, "2 mm".')] = None,
-    slip: Annotated[str | None, typer.Option(help='Another slip of two discs, "10 %".')] = None,
-    crown_radius: Annotated[str | None, typer.Option(help='Another crown radius of the crowned disc, "8 mm".')] = None,
+    radius: Annotated[str | None, typer.Option(help='Different pin radius, "2 mm".')] = None,
+    slip: Annotated[str | None, typer.Option(help='Different slip for twin discs, "10 %".')] = None,
+    crown_radius: Annotated[
+        str | None, typer.Option(help='Different crown radius of the crowned disc, "8 mm".')
+    ] = None,
     distance: Annotated[
         Convention | None,
-        typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides a recipe."),
+        typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides the recipe."),
     ] = None,
     engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -140,9 +147,9 @@ def predict(
 ) -> None:
     """Predict wear at other loads, speeds, distances or slips.
 
-    With a run (an id, or a folder and a k_D) and what to change, the prediction is shown. With --from and --onto, runs
-    are predicted from others, with bands and the agreement with the law. With none of these, every archived run is
-    predicted from the comparable run under the lightest load, and the prediction is archived.
+    With a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With --from and
+    --onto, runs are predicted from others, with bands and the agreement with the law. With none of these, every
+    archived run is predicted from the comparable run at the lightest load, and the prediction is archived.
     """
     how = load_recipe(recipe, engine)
     asked = _Asked(
@@ -402,8 +409,8 @@ def _slip(text: str) -> "Quantity":
     value = parsed("--slip", text, "percentage")
     if value == 0 or value <= -1:
         raise UnitError(
-            f"--slip: found {text!r}; expected a slip above -100 % and not zero, since discs that only roll do not "
-            "wear by sliding"
+            f"--slip: found {text!r}; expected a nonzero slip greater than -100 %; discs in pure rolling have no "
+            "sliding wear"
         )
     return Quantity(value=value, unit="1")
 

@@ -50,9 +50,9 @@ def process(
 
     The steps are ingest, preprocessing, drift, friction, wear under each law, prediction, studies and figures.
 
-    Studies with the runs, study.toml or *.study.toml, state which runs are fitted together and which are predicted.
-    What needs other runs (predictions, studies) is left out with --shard, and so are figures: a last `process` of all
-    runs without --shard finds all else unchanged, and does that.
+    Study documents next to the runs, study.toml or *.study.toml, state which runs are fitted together and which are
+    predicted. With --shard, predictions, studies and figures are skipped; afterwards, run `process` on all runs once
+    more without --shard to create them.
     """
     from tribopipe.pipeline.last_pass import keep_pass, state_before, steps_unchanged
 

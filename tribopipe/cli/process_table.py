@@ -28,7 +28,7 @@ _LINES = 30
 """As many lines are filled on a terminal."""
 _FEWEST_RUNS, _STUDIES, _PROBLEMS = 5, 5, 3
 """As many runs are shown at least, studies and problems at most, on a terminal."""
-_UNCOMPARED = {"radius_can_be_compared"}
+_UNCOMPARED = {"radius_unchecked"}
 """Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
 
 

@@ -21,7 +21,7 @@ def removed_ids(context: typer.Context) -> list[str]:
 
 
 def remove(
-    ids: Annotated[list[str], typer.Argument(help="Ids of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
     study: Study = False,
     force: Annotated[bool, typer.Option("--force", help="Also runs that a study names.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -43,7 +43,7 @@ def remove(
 
 
 def restore(
-    ids: Annotated[list[str], typer.Argument(help="Ids of removed runs.", metavar="ID", autocompletion=removed_ids)],
+    ids: Annotated[list[str], typer.Argument(help="IDs of removed runs.", metavar="ID", autocompletion=removed_ids)],
     study: Study = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,

@@ -25,11 +25,13 @@ def _archived(context: typer.Context) -> list[str]:
 def report(
     ids: Annotated[
         list[str],
-        typer.Argument(help="Ids of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=_archived),
+        typer.Argument(help="IDs of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=_archived),
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write: .html or .pdf; ID.html, or report.html of several."),
+        typer.Option(
+            "--output", "-o", help="File to write: .html or .pdf; default: ID.html, or report.html for several."
+        ),
     ] = None,
     details: Annotated[
         list[Path] | None,
@@ -40,17 +42,17 @@ def report(
         typer.Option("--standard", help="ASTM standard whose reporting items are listed."),
     ] = None,
     customer: Annotated[
-        bool, typer.Option("--customer", help="Leave out advice to the laboratory, its tags, notes and options.")
+        bool, typer.Option("--customer", help="Omit internal advice, tags, notes and options.")
     ] = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF, by an installed Chromium, Chrome or Edge.")] = False,
-    run: Annotated[bool, typer.Option("--run", help="Take the run where a study has the same id.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF using an installed Chromium, Chrome or Edge.")] = False,
+    run: Annotated[bool, typer.Option("--run", help="Report the run if a study has the same ID.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a report of runs, or of a study, as one HTML or PDF file.
 
-    It contains figures, tables, methods with their equations, provenance, and the items customary under ASTM G99,
-    G133, G77 or D4172 with what is missing of them. A file given with --details adds letterhead, customer, samples and
+    It contains figures, tables, methods with their equations, provenance, and the reporting items of ASTM G99, G133,
+    G77 or D4172, with missing items marked. A file given with --details adds letterhead, customer, samples and
     signatures.
     """
     from tribopipe.base.files import write_file

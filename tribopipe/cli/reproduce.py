@@ -22,17 +22,17 @@ def reproduce(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Ids of archived runs and studies; none for all.", metavar="ID", autocompletion=archived_ids
+            help="IDs of archived runs and studies; default: all.", metavar="ID", autocompletion=archived_ids
         ),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Compute archived results again, and compare every number.
+    """Recompute archived results and compare every number.
 
     Runs and studies are computed from their source files.
 
-    Nothing is written. Exit code 1 where something comes out different, or cannot be compared.
+    Nothing is written. Exit code 1 if a result differs or cannot be compared.
     """
     from tribopipe.base.errors import TribopipeError
 

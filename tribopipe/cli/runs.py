@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
 
-_UNCOMPARED = {"radius_can_be_compared"}
+_UNCOMPARED = {"radius_unchecked"}
 """Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
 
@@ -149,11 +149,11 @@ def say_warnings(outcome: "Outcome") -> None:
 
 
 def simulate(
-    folder: Annotated[Path, typer.Argument(help="Folder to write run folders into.")],
+    folder: Annotated[Path, typer.Argument(help="Output folder for run folders.")],
     plan: Annotated[Path, typer.Option("--plan", help="TOML file with the plan to simulate.")],
     as_json: AsJson = False,
 ) -> None:
-    """Record runs with known wear on a virtual tribometer."""
+    """Simulate runs with known wear."""
     from tribopipe.base.units import WEAR_COEFFICIENT
     from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
     from tribopipe.documents.record import load_toml

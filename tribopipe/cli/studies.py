@@ -45,17 +45,17 @@ def archived_studies(context: typer.Context) -> list[str]:
 
 @study_app.command("new")
 def new(
-    paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; none for the runs of the archive.")] = None,
-    into: Annotated[Path, typer.Option("--into", help="Folder to write into.")] = Path(),
+    paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; default: the runs of the archive.")] = None,
+    into: Annotated[Path, typer.Option("--into", help="Output folder.")] = Path(),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing document.")] = False,
 ) -> None:
     """Draft a study for each set of runs of the same bodies.
 
-    The lightest load is fitted, the others are predicted.
+    The runs at the lightest load are fitted, the others are predicted.
 
-    Runs that are marked bad, were aborted or do not have what k_D needs are left out, and named. Writes study.toml, or
-    <id>.study.toml for each of several; read it and change it before you run it.
+    Runs that are marked bad, were aborted or lack data for k_D are excluded and listed. Writes study.toml, or
+    <id>.study.toml for each of several; review and edit it before you run it.
     """
     from tribopipe.base.files import write_file
     from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX
@@ -156,7 +156,9 @@ def run(
 def show(
     study_id: Annotated[
         str | None,
-        typer.Argument(help="Id of an archived study; none lists them.", metavar="ID", autocompletion=archived_studies),
+        typer.Argument(
+            help="ID of an archived study; default: list all.", metavar="ID", autocompletion=archived_studies
+        ),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     verbose: Verbose = 0,
@@ -215,9 +217,9 @@ def _tally(result: "StudyResult") -> str:
 def figures(
     ids: Annotated[
         list[str] | None,
-        typer.Argument(help="Ids of studies; none for all.", metavar="ID", autocompletion=archived_studies),
+        typer.Argument(help="IDs of studies; default: all.", metavar="ID", autocompletion=archived_studies),
     ] = None,
-    into: Annotated[Path | None, typer.Option("--into", help="Folder; by default figures/ in the archive.")] = None,
+    into: Annotated[Path | None, typer.Option("--into", help="Folder; default: figures/ in the archive.")] = None,
     formats: FigureFormats = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
@@ -262,17 +264,19 @@ def show_together(
 
 def plan(
     name: Annotated[
-        str, typer.Argument(help="Id of an archived run or study.", metavar="ID", autocompletion=archived_ids)
+        str, typer.Argument(help="ID of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
-    interval: Annotated[str, typer.Option("--interval", help='Target 95 % interval of k_D, "10 %" for ±10 %.')],
+    interval: Annotated[
+        str, typer.Option("--interval", help='Target half width of the 95 % interval of k_D, such as "10 %".')
+    ],
     model: Law = "archard",
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Plan tests for a wanted uncertainty of k_D.
+    """Plan tests for a target uncertainty of k_D.
 
-    Shows which input contributes most to the uncertainty, and how far to slide or how often to repeat.
+    Shows which input contributes most to the uncertainty, and the required sliding distance or number of replicates.
     """
     from tribopipe.pipeline.studies import plan_archived
     from tribopipe.results.input_quantities import input_label

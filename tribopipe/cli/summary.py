@@ -57,7 +57,7 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
         columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
         table(title, columns, pins)
     if discs:
-        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the crowned and the flat disc"
+        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the crowned and the cylindrical disc"
         columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
         table(title, columns, discs)
     if worn:

@@ -29,7 +29,7 @@ def sweep(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", help="CSV file that keeps the rows; what is in it already is not done again.", metavar="FILE"
+            "--out", "-o", help="CSV file for the rows; existing rows are not computed again.", metavar="FILE"
         ),
     ] = None,
     reuse: Annotated[
@@ -37,16 +37,16 @@ def sweep(
         typer.Option("--reuse", help="CSV file of the same sweep, such as a shard; may be repeated.", metavar="FILE"),
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="SVG, PNG or PDF of what was found.", metavar="FILE")
+        Path | None, typer.Option("--figure", help="Figure of the results: SVG, PNG or PDF.", metavar="FILE")
     ] = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the number of cases without running them.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Do all cases again.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Compute all cases again.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Evaluate, predict or simulate in every combination of values.
+    """Evaluate, predict or simulate for every combination of values.
 
     The document states which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
     how well virtual tests find k_D.

@@ -30,20 +30,20 @@ def _hash(text: str) -> str:
 
 def verify(
     folder: Annotated[
-        Path | None, typer.Argument(help="Archive folder; by default that of --archive.", metavar="ARCHIVE")
+        Path | None, typer.Argument(help="Archive folder; default: that of --archive.", metavar="ARCHIVE")
     ] = None,
     run_ids: Annotated[
         list[str] | None,
-        typer.Option("--run", help="Id of a run to verify alone; may be repeated.", autocompletion=archived_ids),
+        typer.Option("--run", help="ID of the only run to verify; may be repeated.", autocompletion=archived_ids),
     ] = None,
     recompute: Annotated[
-        bool, typer.Option("--recompute", help="Compute every step again from what was ingested, and compare.")
+        bool, typer.Option("--recompute", help="Recompute every step from the source files and compare.")
     ] = False,
     against: Annotated[
         str | None,
         typer.Option(
             "--against",
-            help="Hash that an earlier verify showed: is the archive the same one, and no older?",
+            help="Hash printed by an earlier verify; reports another or an older copy of the archive.",
             metavar="HASH",
             parser=_hash,
         ),
@@ -52,7 +52,7 @@ def verify(
         list[str] | None,
         typer.Option(
             "--accept",
-            help="Run or study that is gone or replaced, or history.jsonl, to accept as it is; may be repeated.",
+            help="Removed or replaced run or study, or history.jsonl, to accept as it is; may be repeated.",
             metavar="ID",
         ),
     ] = None,

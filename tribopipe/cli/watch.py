@@ -17,12 +17,12 @@ _STDERR = 2
 
 
 def watch(
-    folder: Annotated[Path, typer.Argument(help="Folder that instruments export into; it is only read.")],
+    folder: Annotated[Path, typer.Argument(help="Folder with the exports of the instruments; it is only read.")],
     template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file of what is the same in all runs of the lab.")
+        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
     ] = None,
     runs: Annotated[
-        Path | None, typer.Option("--runs", help="Folder for run folders; by default runs, next to the archive.")
+        Path | None, typer.Option("--runs", help="Folder for run folders; default: runs, next to the archive.")
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
@@ -30,11 +30,9 @@ def watch(
         float, typer.Option("--settle", help="Idle time after which an export is complete, s.", min=0.0)
     ] = 10.0,
     together: Annotated[
-        bool, typer.Option("--together", help="The files of a folder within are one test; else each file is one.")
+        bool, typer.Option("--together", help="The files of each subfolder are one test; default: each file is a test.")
     ] = False,
-    poll: Annotated[
-        bool, typer.Option("--poll", help="List the folder again and again, as network shares need it.")
-    ] = False,
+    poll: Annotated[bool, typer.Option("--poll", help="Poll the folder, as required on network shares.")] = False,
     once: Annotated[bool, typer.Option("--once", help="Process the present files and exit.")] = False,
     jobs: Jobs = None,
     figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
@@ -43,10 +41,10 @@ def watch(
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each event."),
     ] = False,
 ) -> None:
-    """Process new exports in a folder as they arrive, until Ctrl-C.
+    """Process new exports in a folder as they arrive. Press Ctrl-C to stop.
 
-    An export is copied once nobody has written to it for a while; run.toml is drafted by the template. What was done is
-    remembered with the runs, so that the next watch goes on from there.
+    An export is copied when it has not changed for a while; run.toml is drafted from the template. Progress is saved
+    with the runs, so that the next `watch` resumes there.
     """
     from tribopipe.base.interrupts import undone_by
     from tribopipe.extras.watch.event import counted

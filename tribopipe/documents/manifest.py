@@ -117,7 +117,7 @@ class Conditions(Record):
     curved_disc_speed: Speed | None = None
     """Tangential speed v₁ of the crowned disc; needed where only one of time and rotations was recorded."""
     flat_disc_speed: Speed | None = None
-    """Tangential speed v₂ of the flat disc; or give slip."""
+    """Tangential speed v₂ of the cylindrical disc; or give slip."""
     track_radius: Length | None = None
     """Radius of the circle that a pin slides on; by it rotations and rotational speed of the disc become distances."""
     rotational_speed: RotationalSpeed | None = None
@@ -129,7 +129,7 @@ class Conditions(Record):
     weld_load: Force | None = None
     """Load at which four balls weld, where it is known: a test under it is refused."""
     slip: Slip | None = None
-    """(v₂ − v₁)/v₁: "4 %" where the flat disc is faster, "-4 %" where it is slower."""
+    """(v₂ − v₁)/v₁: "4 %" where the cylindrical disc is faster, "-4 %" where it is slower."""
     rotations: Rotations | None = None
     """Planned rotations of the crowned disc."""
     medium: str | None = None
@@ -332,13 +332,13 @@ class EndValues(Record):
     curved_disc_profile: Profiles = ()
     """Profiles across the track of a crowned disc, from which its volume is taken."""
     flat_disc_wear_depth: MeasuredDepth | None = None
-    """Depth of the track on a flat disc."""
+    """Depth of the track on a cylindrical disc."""
     flat_disc_track_width: MeasuredLength | None = None
-    """Width of the track on a flat disc."""
+    """Width of the track on a cylindrical disc."""
     flat_disc_wear_volume: MeasuredVolume | None = None
-    """Wear volume of a flat disc."""
+    """Wear volume of a cylindrical disc."""
     flat_disc_profile: Profiles = ()
-    """Profiles across the track of a flat disc, from which its volume is taken."""
+    """Profiles across the track of a cylindrical disc, from which its volume is taken."""
 
     @model_validator(mode="after")
     def _wear_is_a_loss(self) -> Self:

@@ -222,8 +222,8 @@ def _discs_that_slip(slip: Quantity) -> Quantity:
         raise ValueError("found none; expected slip, since discs that only roll do not wear by sliding")
     if slip.value <= -1:
         raise ValueError(
-            f"found {slip.shown('%')}; expected more than -100 %, at which the flat disc would stand still; write "
-            "(v2 - v1)/v1"
+            f"found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc would stand still; "
+            "write (v2 - v1)/v1"
         )
     return slip
 
@@ -246,7 +246,7 @@ class TwinDiscVirtualRun(Record):
     curved_wear_coefficient: WearCoefficient
     """True k_D of the crowned disc."""
     flat_wear_coefficient: WearCoefficient
-    """True k_D of the flat disc."""
+    """True k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
     """Where both k_D change; left out, they never do."""
     friction: StatedFriction
@@ -420,7 +420,7 @@ class TwinDiscTruth(Record):
     curved_wear_coefficient: WearCoefficient
     """k_D of the crowned disc."""
     flat_wear_coefficient: WearCoefficient
-    """k_D of the flat disc."""
+    """k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
     """Where both k_D changed."""
     friction: StatedFriction
@@ -432,10 +432,10 @@ class TwinDiscTruth(Record):
     end_curved_wear_depth: Quantity
     """Wear depth of the crowned disc at the end, without any error."""
     end_flat_wear_depth: Quantity
-    """Wear depth of the flat disc at the end, without any error."""
+    """Wear depth of the cylindrical disc at the end, without any error."""
     end_curved_wear_volume: Quantity
     """Worn volume of the crowned disc at the end, without any error."""
     end_flat_wear_volume: Quantity
-    """Worn volume of the flat disc at the end, without any error."""
+    """Worn volume of the cylindrical disc at the end, without any error."""
     end_track_width: Quantity
     """Width of the track on both discs at the end, without any error."""

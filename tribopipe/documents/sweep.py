@@ -32,7 +32,7 @@ class Predictions(Record):
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin, or of the crowned disc; left out, what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the flat disc next to it; left out, it does not wear."""
+    """k_D of the cylindrical disc next to it; left out, it does not wear."""
     at: tuple[str, ...] = ()
     """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
     depth: tuple[Length, ...] = ()

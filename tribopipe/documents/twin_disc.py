@@ -40,7 +40,7 @@ class TwinDisc(Contact):
     curved_disc: CurvedDisc
     """The disc with a crown; rotations are counted on it."""
     flat_disc: FlatDisc
-    """The flat disc."""
+    """The cylindrical disc."""
 
     progress: ClassVar[Progress] = ROTATIONS
     body_names: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
@@ -49,7 +49,7 @@ class TwinDisc(Contact):
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
     rolls: ClassVar[bool] = True
     both: ClassVar[str] = "both discs"
-    body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc"}
+    body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc", "flat_disc": "cylindrical disc"}
     slid: ClassVar[str] = "slip distance"
     title: ClassVar[str] = "two discs that roll on each other and slip"
 
@@ -91,7 +91,7 @@ class TwinDisc(Contact):
         return {
             "crown radius in m": self.curved_disc.crown_radius.value,
             "crowned disc's radius in m": self.curved_disc.rolling_radius.value,
-            "flat disc's radius in m": self.flat_disc.rolling_radius.value,
+            "cylindrical disc's radius in m": self.flat_disc.rolling_radius.value,
         }
 
     def refuse_conditions(self, conditions: Any) -> None:
@@ -116,8 +116,8 @@ class TwinDisc(Contact):
             )
         if slip is not None and slip.value <= -1:
             raise ValueError(
-                f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the flat disc would "
-                "stand still; write (v2 - v1)/v1"
+                f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc "
+                "would stand still; write (v2 - v1)/v1"
             )
 
     def refuse_wear(self, where: str, measured: Any) -> None:

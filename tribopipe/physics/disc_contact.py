@@ -22,7 +22,7 @@ _INPUTS = (
     ("load", "N", 0.0),
     ("crown radius", "m", 0.0),
     ("crowned disc's radius", "m", 0.0),
-    ("flat disc's radius", "m", 0.0),
+    ("cylindrical disc's radius", "m", 0.0),
     ("modulus", "Pa", 0.0),
     ("slip", "1", -1.0),
 )

@@ -372,7 +372,7 @@ class _Nodes(NamedTuple):
         return np.asarray(4 * np.pi * radius * self.contact.half_width * self.recession * self.part)
 
     def flat_volume(self) -> Column:
-        """Return what the flat disc loses, m³."""
+        """Return what the cylindrical disc loses, m³."""
         radius = self.course.discs.inputs[3] - self.contact.flat_depth
         return np.asarray(4 * np.pi * radius * self.contact.half_width * self.recession * (1 - self.part))
 

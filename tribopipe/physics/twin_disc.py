@@ -7,7 +7,7 @@ half length a_z along the direction of rolling (Eq. 10, 12, 15):
     F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4 as printed
 
 and the mean pressure is p = (π/4)·√(F' E_c/(π r_eq)) (Eq. 13, 16). A rotation of the crowned disc wears off, with
-ν = n₂/n₁ rotations of the flat disc and the slip distance s = 2π·|ν(r₂ − h₂) − (r₁ − h₁)| in it,
+ν = n₂/n₁ rotations of the cylindrical disc and the slip distance s = 2π·|ν(r₂ − h₂) − (r₁ − h₁)| in it,
 
     contact-width (Eq. 11)       dh₁/dN = k₁·p·2a_z = (π/4)·k₁·F'         dh₂/dN = (π/4)·k₂·F'·ν
     line-load (κ = 1)            dh₁/dN = k₁·p·2a_z = k₁·F'         dh₂/dN = k₂·F'·ν
@@ -26,10 +26,10 @@ that the number of rotations is one integral over ln c, taken by Gauss and Legen
 inverted by Newton's method. The number of rotations itself has no cost.
 
 What the paper leaves open, and is taken so: the motors hold n₁ and n₂, so that speeds and slip change with the radii;
-n counts revolutions; slip is that over the crowned disc's speed, positive where the flat disc is faster; the crown
-radius r₁ₓ stays next to the flat; a starts where the elastic contact alone has it (h = 0 above), which is not quite
+n counts revolutions; slip is that over the crowned disc's speed, positive where the cylindrical disc is faster; the
+crown radius r₁ₓ stays next to the flat; a starts where the elastic contact alone has it (h = 0 above), not quite
 Hertz's ellipse, since the equations above are not Hertz's; the volume lost is that of a flat of width 2a receding by
-dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the flat disc.
+dh, dV₁ = 2π(r₁ − h₁)·2a·dh₁, and likewise on the cylindrical disc.
 """
 
 from dataclasses import dataclass, replace

@@ -244,7 +244,7 @@ def local_wear(
     """Plan to wear a run locally to places ``at``, m or rotations, or over its own course.
 
     k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the crowned and the
-    flat disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    cylindrical disc as Archard's law has them. Raises ``FitError`` where neither is there.
     """
     known = coefficients or archived_coefficients(archive, run_id, law)
 

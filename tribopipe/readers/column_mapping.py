@@ -127,8 +127,8 @@ def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: in
     """Return the friction force, N, of a friction torque. Raises ``ReaderError`` where run.toml states no arm."""
     if arm is None:
         raise ReaderError(
-            f"{file}, column {column.name!r}: found a torque for friction_force and no track radius in run.toml; "
-            'expected both, F = T/R; add conditions.track_radius = "6 mm" or the like'
+            f"{file}, column {column.name!r}: found a torque for friction_force but no track radius in run.toml; "
+            'expected a track radius R, since F = T/R; add conditions.track_radius, such as "6 mm"'
         )
     return column_in_si(column, told, "friction_force", "torque", file, before) / arm
 

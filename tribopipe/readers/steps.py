@@ -210,9 +210,9 @@ class Steps:
         if self._anew is not None and self._on is not None:
             before, after = self._on.numbers
             raise ReaderError(
-                f"{self.file}, {self._on.place}: found step {after:g} after step {before:g} where time goes on from "
-                f"{self._on.times[0]:g} s to {self._on.times[1]:g} s; expected time to begin again with each step, as "
-                f"it does at {self._anew}; correct the steps, or export the test again"
+                f"{self.file}, {self._on.place}: found step {after:g} after step {before:g}, but time continues from "
+                f"{self._on.times[0]:g} s to {self._on.times[1]:g} s; expected time to restart with each step, as at "
+                f"{self._anew}; correct the steps, or export the test again"
             )
 
     def _refuse_falls(

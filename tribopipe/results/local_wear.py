@@ -63,11 +63,11 @@ class LocalDiscPoint(LocalPoint):
     curved_disc_wear_depth: Quantity
     """The crowned disc's part of the depth."""
     flat_disc_wear_depth: Quantity
-    """The flat disc's part of it."""
+    """The cylindrical disc's part of it."""
     curved_disc_wear_volume: Quantity
     """Wear volume of the crowned disc."""
     flat_disc_wear_volume: Quantity
-    """Wear volume of the flat disc."""
+    """Wear volume of the cylindrical disc."""
 
     def __str__(self) -> str:
         return (
@@ -90,7 +90,7 @@ class LocalWearResult(Record):
     wear_coefficient: SquareMetresPerNewton
     """k_D of the pin, or of the crowned disc, as V = k_D·F_N·s has it."""
     flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
-    """k_D of the flat disc; none for a pin."""
+    """k_D of the cylindrical disc; none for a pin."""
     reference: str | None = None
     """Run that k_D was identified from; none where it was given."""
     normal_load: Newtons
@@ -117,7 +117,7 @@ class LocalWearResult(Record):
 
     def __str__(self) -> str:
         flat = self.flat_disc_wear_coefficient
-        both = "" if flat is None else f" (crowned disc), {flat.shown(WEAR_COEFFICIENT)} (flat disc)"
+        both = "" if flat is None else f" (crowned disc), {flat.shown(WEAR_COEFFICIENT)} (cylindrical disc)"
         head = (
             f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
             f"F_N = {force(self.normal_load)}"

@@ -53,7 +53,7 @@ _FIELDS = {
     "normal_load": _Field("normal load"),
     "sliding_speed": _Field("sliding speed"),
     "curved_disc_speed": _Field("speed of the crowned disc"),
-    "flat_disc_speed": _Field("speed of the flat disc"),
+    "flat_disc_speed": _Field("speed of the cylindrical disc"),
     "slip": _Field("slip", "%"),
     "rotational_speed": _Field("rotational speed"),
     "track_radius": _Field("track radius", "mm"),

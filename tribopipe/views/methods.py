@@ -155,22 +155,21 @@ _CLEAN_UP = Method(
 )
 _DRIFT = Method(
     "Drift of the depth sensor",
-    "The sensor reads the wear of both bodies, an offset, and a drift that is taken as linear in time. The corrected "
-    "wear is made to end on what was measured after the test:",
+    "The sensor reads the wear of both bodies, an offset, and a drift that is assumed to be linear in time. The "
+    "corrected wear ends at the post-test measurement:",
     (
         Equation(r"w ( t ) = g ( d ( t ) − z ) − ρ ( t − t_0 )"),
         Equation(r"ρ = \frac{g ( d ( t_{\text{end}} ) − z ) − h_{\text{end}}}{t_{\text{end}} − t_0}"),
     ),
     "d is the reading, g the scale of the sensor, z its zero offset at the start of sliding, ρ the drift rate, and "
     "h_end the wear measured after the test. Zero offset and end reading are fitted to the first and the last part of "
-    "the "
-    "signal.",
+    "the signal.",
     (PAPER,),
 )
 _DRIFT_BY_MODEL = Method(
     "Model of the depth reading",
-    "Wear and everything else that the depth sensor reads were fitted together, with what was measured after the "
-    "test. The corrected wear is the reading minus the mean of all that is not wear:",
+    "Wear and all other contributions to the depth signal were fitted together, with the post-test measurement. The "
+    "corrected wear is the reading minus the mean of all contributions other than wear:",
     (
         Equation(r"g y ( t ) = z + r t + h ( s ; k_D ) + h_d + a ( 1 − e^{− t / τ} ) + f ( t ) + e ( t )"),
         Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
@@ -187,25 +186,27 @@ _FRICTION = Method(
     "The friction coefficient was fitted by bounded least squares over the sliding distance, excluding the loading "
     "ramp:",
     (Equation(r"μ ( s ) = A e^{− s / c} + b", "7"),),
-    "Standard uncertainties of A, b and c include the autocorrelation of the residuals; those of A and b the load's "
-    "where μ is a force over a load, and that of c the one of the speed or radius that the distance comes from.",
+    "Standard uncertainties of A, b and c include the autocorrelation of the residuals. If μ is calculated from force "
+    "and load, those of A and b include the uncertainty of the load. That of c includes the uncertainty of the speed "
+    "or radius used to calculate the distance.",
     (PAPER,),
 )
 _STEADY = Method(
     "Steady friction",
-    "Where the data do not distinguish an exponential from a constant or a straight line, by the Bayesian information "
-    "criterion over the number of independent samples, only the steady value is given.",
+    "If the data do not distinguish an exponential from a constant or a straight line, by the Bayesian information "
+    "criterion with the number of independent samples, only the steady-state value is reported.",
     references=(SCHWARZ,),
 )
 _SPECIFIC = Method(
     "Specific wear rate",
-    "Of each body on which a volume is known,",
+    "For each body whose wear volume is known,",
     (Equation(r"k = \frac{V}{F_N s}"),),
-    "with the volume V by the most certain measurement, the mean normal load F_N and the sliding distance s.",
+    "where V is the volume from the measurement with the smallest uncertainty, F_N the mean normal load and s the "
+    "sliding distance.",
 )
 _ARCHARD = Method(
     "Wear law by Archard",
-    "Worn volume grows with load and distance; the surface recedes with the pressure p on it:",
+    "The worn volume is proportional to load and distance; the surface recedes in proportion to the local pressure p:",
     (
         Equation(r"\frac{V}{s} = k \frac{F_N}{H}", "1"),
         Equation(r"\frac{d h}{d s} = k_D p"),
@@ -215,7 +216,7 @@ _ARCHARD = Method(
 )
 _SARKAR = Method(
     "Wear law by Sarkar",
-    "Friction adds to wear as the contact's junctions grow:",
+    "Friction increases wear by the growth of contact junctions:",
     (
         Equation(r"\frac{V}{s} = k \frac{F_N}{H} \sqrt{1 + 3 μ^2}", "2"),
         Equation(r"\frac{d h}{d s} = k_D p \sqrt{1 + 3 μ^2}"),
@@ -232,13 +233,13 @@ _PIN = Method(
         Equation(r"h^e = \frac{F_N}{2 E_c a}", "5"),
         Equation(r"h_{i + 1} = k_D p_i Δ s_i + h_i , \quad p = \frac{F_N}{π a^2}", "6"),
     ),
-    "Eq. 4 is the unworn contact, Eq. 5 the elastic displacement, Eq. 6 one step of sliding.",
+    "Eq. 4 is the contact radius before wear, Eq. 5 the elastic displacement, Eq. 6 one step of sliding.",
     (PAPER,),
 )
 _SPHERE = Method(
     "Exact curve of a sphere",
-    "In the limit of small steps, depth h depends on the worn volume v alone. Fits and predictions use that curve, "
-    "in closed form, in the place of steps:",
+    "In the limit of small steps, the depth h depends only on the worn volume v. Fits and predictions use this curve, "
+    "in closed form, instead of steps:",
     (
         Equation(r"v = k_D F_N S , \quad S = ∫_0^s f d s"),
         Equation(r"R − \sqrt{R^2 − a^2} = h + \frac{F_N}{2 E_c a}"),
@@ -252,7 +253,7 @@ _SPHERE = Method(
 )
 _TRUNCATED = Method(
     "A sphere truncated before the test",
-    "It goes on along the curve of the whole sphere, h_s(v), from the height of the missing cap:",
+    "Wear continues along the curve of the whole sphere, h_s(v), from the height of the missing cap:",
     (Equation(r"h ( v ) = h_s ( v_0 + v ) − h_s ( v_0 )"),),
 )
 _FLAT = Method(
@@ -263,8 +264,8 @@ _FLAT = Method(
 )
 _BY_VOLUME = Method(
     "Volume of a pin on a disc that wears",
-    "Where the disc has worn as well, the wear volume of the pin follows from its shape, without elastic approach. "
-    "Its scar widens with the depth of the groove, h_d, relative to its own depth, h_p:",
+    "If the disc has worn as well, the wear volume of the pin follows from its shape, without elastic displacement. "
+    "The scar widens with the depth of the groove, h_d, relative to the wear depth of the pin, h_p:",
     (
         Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
         Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
@@ -273,8 +274,8 @@ _BY_VOLUME = Method(
 )
 _BLOCK = Method(
     "Volume of a block on a ring",
-    "The block, of width B, wears to a part of the cylinder of the ring, of radius r. With a scar of width b along the "
-    "sliding direction,",
+    "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
+    "the sliding direction,",
     (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
     "S is the sliding distance weighted by the wear law.",
     (G77,),
@@ -302,19 +303,20 @@ _BOTH_WEAR = Method(
 )
 _LOST = Method(
     "Identification of k_D by wear volume",
-    "A body whose wear volume was measured, but not its course, has the k_D of the whole test, in any geometry:",
+    "If only the final wear volume of a body was measured, its k_D is the mean over the test, for any geometry:",
     (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
     "S is the sliding distance weighted by the wear law.",
 )
 _LOCAL = Method(
     "Local wear",
-    "Where stated, wear was simulated with the local contact pressure instead of a uniform one; each point recedes by "
-    "the wear law with its own pressure:",
+    "Where stated, wear was simulated with the local contact pressure instead of a uniform one. Each point recedes "
+    "according to the wear law and the pressure at that point:",
     (Equation(r"\frac{∂ h ( x , s )}{∂ s} = k_D p ( x , s )"),),
 )
 _DISCS = Method(
     "Global Incremental Wear Model of two discs",
-    "The discs touch over a flat of half width a_x across and half length a_z along the direction of rolling:",
+    "The contact of the discs is flat, with the half width a_x across and the half length a_z along the direction of "
+    "rolling:",
     (
         Equation(r"u = \frac{F_N}{2 E_c \sqrt{a_x a_z}}", "10"),
         Equation(r"a_z^2 = κ^2 \frac{4 F_{N l} r_{\text{eq}}}{π E_c}", "12, 15"),
@@ -325,8 +327,8 @@ _DISCS = Method(
             r"\frac{1}{r_{\text{eq}}} = \frac{1}{r_1 − h_1} + \frac{1}{r_2 − h_2}"
         ),
     ),
-    "κ is π/4 as printed; 1 where distance is counted as line-load. The number of rotations N is taken as an integral "
-    "over the worn height, in the limit of the paper's steps of one rotation.",
+    "κ is π/4 as published, and 1 for the convention line-load. The number of rotations N is an integral over the worn "
+    "height, in the limit of the paper's steps of one rotation.",
     (PAPER,),
 )
 _CONVENTIONS: dict[DistanceConvention, Method] = {
@@ -337,7 +339,7 @@ _CONVENTIONS: dict[DistanceConvention, Method] = {
             Equation(r"\frac{d h_1}{d N} = k_1 p s", "14 a"),
             Equation(r"\frac{d h_2}{d N} = k_2 p s \frac{n_2}{n_1}", "14 b"),
         ),
-        "k_D found so compares with other coefficients of this kind, not with that of a pin.",
+        "This k_D is comparable only with others of the same convention, not with that of a pin.",
         (PAPER,),
     ),
     "contact-width": Method(
@@ -348,69 +350,71 @@ _CONVENTIONS: dict[DistanceConvention, Method] = {
     ),
     "line-load": Method(
         "Sliding distance per rotation: line load",
-        "A point counts as sliding over the length of the contact in each rotation, with κ = 1, by which the pressure "
-        "carries all of the load:",
+        "A point counts as sliding over the length of the contact in each rotation, with κ = 1, for which the pressure "
+        "carries the whole load:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l}"),),
     ),
     "volume-conserving": Method(
         "Sliding distance per rotation: volume conserving",
-        "A point counts as sliding while it is in contact only, so that each disc loses V = k_D·F_N·s:",
+        "A point counts as sliding only while it is in contact, so that each disc loses V = k_D·F_N·s:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l} \frac{s}{2 π ( r − h )}"),),
     ),
 }
 _TWO_STEPS = Method(
     "Identification of k_D",
-    "k_D is what brings the law's curve closest, in least squares, to the wear that was corrected for drift before.",
+    "k_D is obtained by a least-squares fit of the wear law to the drift-corrected wear.",
 )
 _MODEL = Method(
     "Identification of k_D together with drift",
-    "The wear depth H at the end of the test was found in one model of the depth reading, with the wear law's own "
-    "course h(s; k_D), and with the post-test measurement. It has one k_D:",
+    "The wear depth H at the end of the test was found with one model of the depth reading, in which wear follows the "
+    "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
     "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. Where reading and "
     "measurement differ by more than three standard uncertainties of their difference, the reading is not trusted, "
-    "and k_D is that of the measurement. Where nothing was measured after the test, k_D is that of the reading.",
+    "and k_D is that of the measurement. Without a post-test measurement, k_D is that of the reading.",
 )
 _BOTH_DISCS = Method(
-    "Identification of both k_D",
-    "The coefficients of both discs were found together, in weighted least squares, from everything that was measured "
-    "on them, at the end and where the test was interrupted.",
+    "Identification of both k_D values",
+    "The coefficients of both discs were fitted together by weighted least squares to all measurements on them, at the "
+    "end of the test and at its interruptions.",
 )
 _BUDGET = Method(
     "Uncertainty budget",
-    "By first-order propagation, the standard uncertainty of k_D combines that of each input; the budget gives each "
+    "The standard uncertainty of k_D combines those of the inputs by first-order propagation. The budget lists each "
     "contribution with its sign.",
     (Equation(r"u^2 ( k_D ) = Σ_i c_i^2 u^2 ( x_i ) , \quad c_i = \frac{∂ k_D}{∂ x_i}"),),
     references=(GUM,),
 )
 _DRAWN = Method(
     "Coverage intervals",
-    "Intervals contain 95 % of the Monte Carlo draws: systematic inputs, such as load, tip radius, moduli, sensor "
-    "scale and post-test measurements, are drawn once per run; noise of the depth signal with its autocorrelation.",
+    "Intervals contain 95 % of the Monte Carlo draws. Systematic inputs, such as load, tip radius, moduli, sensor "
+    "scale and post-test measurements, are drawn once per run, and the noise of the depth signal with its "
+    "autocorrelation.",
     references=(MONTE_CARLO,),
 )
 _VERDICTS = Method(
     "Agreement with the model",
-    "The agreement of a run with the model is rated by δ, measured minus predicted wear, over U, the half width of the "
-    "95 % interval of δ on the side towards zero:",
+    "The agreement of a run with the model is rated by δ, measured minus predicted wear, divided by U, the half width "
+    "of the 95 % interval of δ on the side toward zero:",
     (Equation(r"E_n = \frac{δ}{U}"),),
     "For |E_n| ≤ 1, measured and predicted wear agree. The interval is found by Monte Carlo, so that errors common to "
-    "both cancel. The model over- or under-predicts only where δ exceeds its 99 % limits; between the 95 % and the "
-    "99 % limits the comparison is inconclusive, as it is where neither the end nor the curve would reveal a k_D wrong "
-    "by a factor of two. Measurements along the curve are compared with a simultaneous band, within which 95 % of runs "
-    "stay throughout.",
+    "both cancel. The model is rated as over- or under-predicting only if δ exceeds its 99 % limits. Between the 95 % "
+    "and the 99 % limits, the comparison is inconclusive, as it is if neither the end nor the curve would reveal an "
+    "error of k_D by a factor of two. Measurements along the curve are compared with a simultaneous band that contains "
+    "95 % of the curves as a whole.",
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(
     "Several runs",
-    "Runs that identify k_D together are weighed by their own uncertainty u and by the scatter between runs τ, which "
-    "is estimated so that their spread is explained, both of √k_D:",
+    "Runs from which k_D is identified together are weighted by their own uncertainty u and the between-run standard "
+    "deviation τ, estimated from the spread of the runs, both of √k_D:",
     (Equation(r"w_i = \frac{1}{u_i^2 + τ^2}"),),
     references=(PAULE,),
 )
 _COMPARED = Method(
     "Archard's law against Sarkar's",
-    "On the shape of each curve, drift and k_D left free, by Akaike's criterion; a difference below 2 decides nothing.",
+    "The laws are compared by Akaike's criterion of their fits to each curve, with drift and k_D free; a difference "
+    "below 2 is inconclusive.",
     references=(AKAIKE,),
 )
 

@@ -90,7 +90,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
         str(result).splitlines()[0],
         facts(
             ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
-            ("k_D used, flat disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
+            ("k_D used, cylindrical disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             ("contact solved by", result.engine),
@@ -138,5 +138,5 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
         )
         for one in points
     ]
-    sizes = ("half width", "half length", "crowned disc, volume", "flat disc, volume")
+    sizes = ("half width", "half length", "crowned disc, volume", "cylindrical disc, volume")
     return TextTable("local wear of both discs, and pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))

@@ -315,7 +315,7 @@ def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> 
         if any(one.outcome == outcome for one in marks)
     ]
     if len(runs) > 1:
-        handles.append(words("(bars shifted right)" if averaged else "(side by side where they would overlap)"))
+        handles.append(words("(bars shifted right)" if averaged else "(offset to avoid overlap)"))
     silent = len(runs) - len({one.run for one in marks})
     if silent:
         handles.append(words(f"runs without measured {panels[0].quantity.removeprefix('wear ')}: {silent}"))

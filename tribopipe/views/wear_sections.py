@@ -45,8 +45,8 @@ def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str
 def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     """Yield what is known of the fit as a whole."""
     samples, start = fit.effective_samples, fit.start
-    yield "correlation of both k_D", None if fit.correlation is None else f"{fit.correlation:.2f}"
-    yield "p-value of the disagreement", None if fit.p_value is None else f"{fit.p_value:.2g}"
+    yield "correlation between the two k_D values", None if fit.correlation is None else f"{fit.correlation:.2f}"
+    yield "p-value of the difference", None if fit.p_value is None else f"{fit.p_value:.2g}"
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
     yield "depth against volume", _ENGINES[fit.engine]

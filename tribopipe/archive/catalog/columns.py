@@ -63,7 +63,7 @@ def _of_other_laws() -> Iterator[ListedColumn]:
             yield _number(
                 f"k_d_{law}_disc",
                 f"k_D disc by {by}",
-                f"Wear coefficient by {by}, of the disc or the flat disc.",
+                f"Wear coefficient by {by}, of the disc or the cylindrical disc.",
                 "wear coefficient",
                 _K_D,
             )
@@ -99,7 +99,7 @@ _ALL = (
     _text("pin_material", "pin material", "Material of the pin."),
     _text("disc_material", "disc material", "Material of the disc under the pin."),
     _text("curved_disc_material", "crowned disc material", "Material of the crowned disc."),
-    _text("flat_disc_material", "flat disc material", "Material of the flat disc."),
+    _text("flat_disc_material", "cylindrical disc material", "Material of the cylindrical disc."),
     _text("shape", "shape", "Shape of the pin."),
     _number("radius", "radius", "Radius of the pin, or of the crowned disc's crown.", "length", "mm"),
     _text("medium", "medium", "Environment or lubricant.", shown=True),
@@ -134,14 +134,14 @@ _ALL = (
     _number(
         "k_d_disc",
         "k_D disc",
-        "Wear coefficient by Archard's law, of the disc or the flat disc.",
+        "Wear coefficient by Archard's law, of the disc or the cylindrical disc.",
         "wear coefficient",
         _K_D,
     ),
     _number(
         "k_d_sarkar_disc",
         "k_D disc by Sarkar",
-        "Wear coefficient by Sarkar's law, of the disc or the flat disc.",
+        "Wear coefficient by Sarkar's law, of the disc or the cylindrical disc.",
         "wear coefficient",
         _K_D,
     ),
@@ -151,10 +151,16 @@ _ALL = (
         "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
     ),
     _number("wear_volume", "wear volume", "Wear volume of the pin or the crowned disc.", "volume", "mm³"),
-    _number("disc_wear_volume", "disc wear volume", "Wear volume of the disc or the flat disc.", "volume", "mm³"),
+    _number(
+        "disc_wear_volume", "disc wear volume", "Wear volume of the disc or the cylindrical disc.", "volume", "mm³"
+    ),
     _number("wear_rate", "wear rate", "Specific wear rate of the pin or crowned disc.", "wear coefficient", _RATE),
     _number(
-        "disc_wear_rate", "disc wear rate", "Specific wear rate of the disc or flat disc.", "wear coefficient", _RATE
+        "disc_wear_rate",
+        "disc wear rate",
+        "Specific wear rate of the disc or cylindrical disc.",
+        "wear coefficient",
+        _RATE,
     ),
     ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
     _text("operator", "operator", "Who ran the test."),

@@ -48,7 +48,7 @@ class Levels(NamedTuple):
 
 
 @check("warning")
-def conditions_are_steady(run: RawRun) -> Iterator[Trouble]:
+def conditions_change(run: RawRun) -> Iterator[Trouble]:
     """Find load, speed or track radius that steps within a run of one nominal value."""
     found = channels(run)
     reciprocating = run.manifest.conditions.stroke is not None
@@ -135,7 +135,7 @@ def _spoken(items: list[str]) -> str:
 
 
 @check("warning")
-def recording_fits_conditions(run: RawRun) -> Iterator[Trouble]:
+def conditions_differ(run: RawRun) -> Iterator[Trouble]:
     """Compare what is stated of the motion with its channels."""
     found = channels(run)
     for name in _STATED:
@@ -172,7 +172,7 @@ def _in_whole_millimetres(radius: Column) -> bool:
 
 
 @check("warning")
-def channels_fit_each_other(run: RawRun) -> Iterator[Trouble]:
+def channels_disagree(run: RawRun) -> Iterator[Trouble]:
     """Find identities between channels, and stated values where there is no channel, that do not hold."""
     found, conditions = channels(run), run.manifest.conditions
     values: dict[Role, Numbers] = {role: found[role].values for role in ROLES if role in found}
@@ -230,7 +230,7 @@ def _strokes_in(run: RawRun) -> _Strokes | None:
 
 
 @check("warning")
-def strokes_fit_conditions(run: RawRun) -> Iterator[Trouble]:
+def strokes_differ(run: RawRun) -> Iterator[Trouble]:
     """Compare the stated frequency and stroke with the strokes that were recorded."""
     found, conditions = _strokes_in(run), run.manifest.conditions
     if found is None:
@@ -281,7 +281,7 @@ def _span(position: Column, strokes: list[Stroke]) -> float:
 
 
 @check_cleaned("warning")
-def strokes_are_used(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find strokes in a recording of which no friction coefficient per stroke is taken."""
     if _averaged(cleaned):
         return
@@ -317,13 +317,13 @@ def _averaged(cleaned: CleanedRun) -> bool:
 
 
 @check_cleaned("note")
-def friction_is_taken_by_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def no_friction_per_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Report where a stroke is stated and no friction coefficient per stroke can be taken."""
     conditions = run.manifest.conditions
     if conditions.stroke is None or _averaged(cleaned) or "friction_coefficient" not in run.columns:
         return
     if _strokes_in(run) is not None:
-        return  # friction_has_one_sign says what is wrong with them
+        return  # friction_sign says what is wrong with them
     samples = _samples_in_a_stroke(run)
     few = samples is not None and samples < _FEWEST_SAMPLES
     reason = f"{samples:.2g} samples per stroke" if few else "no sign that changes with the stroke"

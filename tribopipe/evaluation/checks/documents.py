@@ -20,7 +20,7 @@ def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
 
 
 @check("error")
-def density_is_that_of_a_solid(run: RawRun) -> Iterator[Trouble]:
+def implausible_density(run: RawRun) -> Iterator[Trouble]:
     """Catch g/cm³ written as kg/m³, as in the paper's Table 1, and the reverse."""
     for where, density, _ in _bodies(run):
         if density is None or LIGHTEST_SOLID <= density.value <= DENSEST_SOLID:
@@ -35,7 +35,7 @@ def density_is_that_of_a_solid(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def modulus_is_plausible(run: RawRun) -> Iterator[Trouble]:
+def implausible_modulus(run: RawRun) -> Iterator[Trouble]:
     """Catch MPa written as GPa and the like: rubber has 1e6 Pa, diamond 1.2e12 Pa."""
     for where, _, modulus in _bodies(run):
         if not 1e6 <= modulus.value <= 1.3e12:
@@ -55,7 +55,7 @@ class _Size(NamedTuple):
 
 
 @check("warning")
-def sizes_and_speeds_are_plausible(run: RawRun) -> Iterator[Trouble]:
+def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
     """Catch a wrong unit in radii, load, speeds, slip and distance."""
     manifest = run.manifest
     load = _Size("conditions.normal_load", manifest.conditions.normal_load, 1e-6, 1e5, "N")
@@ -106,7 +106,7 @@ def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
 
 
 @check("warning")
-def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
+def future_start(run: RawRun) -> Iterator[Trouble]:
     """Catch a wrong clock or a mistyped year."""
     started = run.manifest.started
     if started is None:
@@ -121,7 +121,7 @@ def start_is_in_the_past(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("note")
-def needed_for_a_wear_coefficient(run: RawRun) -> Iterator[Trouble]:
+def missing_input(run: RawRun) -> Iterator[Trouble]:
     """Report early what is missing for a wear coefficient."""
     if run.manifest.contact is None:
         yield Trouble(
@@ -162,14 +162,14 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     elif not any(name.startswith("flat_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear of the flat disc; expected some; without it the disc is taken as unworn, as in the "
+            "found no wear of the cylindrical disc; expected some; without it the disc is taken as unworn, as in the "
             "one-sided model",
             "add its depth, track width, volume or profile if it wore",
         )
 
 
 @check("note")
-def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
+def reader_assumption(run: RawRun) -> Iterator[Trouble]:
     """Pass on what a reader had to guess or change."""
     for note in run.notes:
         yield Trouble(
@@ -180,7 +180,7 @@ def files_were_read_as_they_stand(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def recorded_signals_are_used(run: RawRun) -> Iterator[Trouble]:
+def unused_signal(run: RawRun) -> Iterator[Trouble]:
     """Name columns that seem to be signals and are not used."""
     for why in run.unused:
         yield Trouble(
@@ -191,7 +191,7 @@ def recorded_signals_are_used(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("note")
-def uncertainties_are_stated(run: RawRun) -> Iterator[Trouble]:
+def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
     silent = [
         name

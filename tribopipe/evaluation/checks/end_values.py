@@ -22,7 +22,7 @@ from tribopipe.results.run import RawRun
 
 
 @check("error")
-def end_values_are_possible(run: RawRun) -> Iterator[Trouble]:
+def impossible_measurement(run: RawRun) -> Iterator[Trouble]:
     """Refuse a mass without density, and more wear than a pin holds."""
     if run.manifest.pin is None:
         return
@@ -104,7 +104,7 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
 
 
 @check("note")
-def profiles_show_wear(run: RawRun) -> Iterator[Trouble]:
+def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
     """Name profiles of which no depth or volume can be taken."""
     for where, profile in run.profiles.items():
         radius = reference_radius(run.manifest, where)
@@ -116,7 +116,7 @@ def profiles_show_wear(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def end_values_agree(run: RawRun) -> Iterator[Trouble]:
+def measurements_disagree(run: RawRun) -> Iterator[Trouble]:
     """Compare what several post-test measurements state about one wear depth or volume."""
     if run.manifest.contact is not None:
         yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)

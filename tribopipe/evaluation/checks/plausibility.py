@@ -79,7 +79,7 @@ def _unlikely(run: RawRun) -> Iterator[tuple[float, Trouble]]:
 
 
 @check("error")
-def modulus_is_in_the_unit_of_the_material(run: RawRun) -> Iterator[Trouble]:
+def modulus_unit(run: RawRun) -> Iterator[Trouble]:
     """Refuse a modulus ten times beyond what the named material has: MPa for GPa."""
     for factor, trouble in _unlikely(run):
         if trouble.where.endswith("youngs_modulus") and factor >= _FAR_OFF:
@@ -87,7 +87,7 @@ def modulus_is_in_the_unit_of_the_material(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def properties_are_those_of_the_material(run: RawRun) -> Iterator[Trouble]:
+def material_properties(run: RawRun) -> Iterator[Trouble]:
     """Compare modulus, density and hardness with what the named material has."""
     for factor, trouble in _unlikely(run):
         if not (trouble.where.endswith("youngs_modulus") and factor >= _FAR_OFF):
@@ -117,7 +117,7 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
 
 
 @check("warning")
-def radius_is_no_diameter(run: RawRun) -> Iterator[Trouble]:
+def radius_or_diameter(run: RawRun) -> Iterator[Trouble]:
     """Find the diameter of a ball, or of a flat pin, written as its radius."""
     pin = run.manifest.pin
     if pin is not None and not pin.line:
@@ -138,7 +138,7 @@ def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
 
 
 @check("note")
-def radius_can_be_compared(run: RawRun) -> Iterator[Trouble]:
+def radius_unchecked(run: RawRun) -> Iterator[Trouble]:
     """Report which ball a radius stands for, where no diameter is stated to compare it with."""
     pin = run.manifest.pin
     if pin is None or pin.line or pin.diameter is not None:
@@ -207,7 +207,7 @@ def _softer(run: RawRun) -> _Softer | None:
 
 
 @check("warning")
-def contact_starts_elastic(run: RawRun) -> Iterator[Trouble]:
+def initial_yielding(run: RawRun) -> Iterator[Trouble]:
     """Find a mean pressure at which the softer body yields, where Hertz's contact does not hold: kN for N."""
     pressure, softer = _mean_pressure(run), _softer(run)
     if pressure is None or softer is None or pressure <= _YIELDING * softer.hardness:
@@ -222,7 +222,7 @@ def contact_starts_elastic(run: RawRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("warning")
-def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find running-in that the overall specific wear rate of an interrupted test includes."""
     if not run.manifest.interruptions or run.manifest.contact is None:
         return
@@ -242,7 +242,7 @@ def overall_rate_is_the_steady_one(run: RawRun, cleaned: CleanedRun) -> Iterator
 
 
 @check_cleaned("warning")
-def film_is_not_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find wear deeper than the coating of a body, so that k_D is that of coating and substrate together."""
     films = {name: body.film_thickness for name, body in run.manifest.bodies.items() if body.film_thickness is not None}
     if not films or run.manifest.contact is None:
@@ -263,7 +263,7 @@ def film_is_not_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Troub
 
 
 @check("warning")
-def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
+def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
     pin, end = run.manifest.pin, run.manifest.end_values
     scar = end.pin_scar_diameter
@@ -283,7 +283,7 @@ def scar_is_no_radius(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def scar_is_made_by_wear(run: RawRun) -> Iterator[Trouble]:
+def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     """Find a scar not much wider than the contact without wear, under which elastic deflection counts as wear.
 
     A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H

@@ -65,14 +65,14 @@ def _shown(name: SignalName, value: float) -> str:
 
 
 @check("error")
-def there_are_samples(run: RawRun) -> Iterator[Trouble]:
+def no_samples(run: RawRun) -> Iterator[Trouble]:
     """Refuse a run of one sample or none."""
     if len(run) < _FEWEST:
         yield Trouble("signals", f"found {len(run)} samples; expected at least {_FEWEST}", "export the whole test")
 
 
 @check("error")
-def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
+def empty_channel(run: RawRun) -> Iterator[Trouble]:
     """Refuse a signal without one number in it."""
     for name, values in _measured(run):
         if len(values) and not np.any(np.isfinite(values)):
@@ -84,7 +84,7 @@ def channel_is_recorded(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("error")
-def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
+def axis_incomplete(run: RawRun) -> Iterator[Trouble]:
     """Refuse missing samples of time, rotations or sliding distance, without which nothing can be placed."""
     for name in _axes(run):
         values = run.columns[name]
@@ -101,7 +101,7 @@ def axis_is_complete(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("error")
-def axis_runs_forward(run: RawRun) -> Iterator[Trouble]:
+def axis_backward(run: RawRun) -> Iterator[Trouble]:
     """Refuse time or sliding distance that goes back, unless it restarts, and rotations that are no count."""
     for name, values in _measured(run):
         if name not in _AXES:
@@ -134,7 +134,7 @@ def _clock(run: RawRun) -> Column | None:
 
 
 @check("warning")
-def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
+def counter_glitch(run: RawRun) -> Iterator[Trouble]:
     """Name a few readings of a counter that fall back, or leap ahead, while time goes on."""
     for name, values in _measured(run):
         found = mended(values, _clock(run)).samples if name in _AXES and name != "time" else ()
@@ -149,7 +149,7 @@ def counter_has_no_glitches(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("error")
-def axis_advances(run: RawRun) -> Iterator[Trouble]:
+def axis_constant(run: RawRun) -> Iterator[Trouble]:
     """Refuse a run in which no time passes or nothing moves."""
     for name in _axes(run):
         values = _joined(run, name)
@@ -162,7 +162,7 @@ def axis_advances(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def distance_is_known(run: RawRun) -> Iterator[Trouble]:
+def distance_unknown(run: RawRun) -> Iterator[Trouble]:
     """Report that the sliding distance of a pin is unknown."""
     if run.origins["sliding_distance"] == "unknown":
         yield Trouble(
@@ -174,7 +174,7 @@ def distance_is_known(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("note")
-def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
+def samples_averaged(run: RawRun) -> Iterator[Trouble]:
     """Report that means stand for samples where there are more than memory should hold."""
     if run.recording is not None:
         yield Trouble(
@@ -186,7 +186,7 @@ def every_sample_counts_by_itself(run: RawRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("note")
-def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def signals_preprocessed(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Report what preprocessing will do to the signals, unless a recipe states otherwise."""
     for change in cleaned.record.changes:
         yield Trouble(
@@ -197,7 +197,7 @@ def signals_need_no_clean_up(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble
 
 
 @check_cleaned("warning")
-def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find a measured load that pulls: its sign is the sensor's, not the contact's."""
     load = run.columns.get("normal_force")
     if load is None or not np.any(np.isfinite(load)) or "normal_force" in cleaned.record.left_out:
@@ -213,7 +213,7 @@ def load_presses(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("error")
-def load_is_in_the_unit_of_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def load_unit(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Refuse a measured load many times the nominal one or a fraction of it: kN for N, or grams for newtons."""
     nominal = run.manifest.conditions.normal_load
     if _in_another_unit(run, cleaned):
@@ -226,7 +226,7 @@ def load_is_in_the_unit_of_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> 
 
 
 @check_cleaned("warning")
-def load_is_the_nominal_one(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Compare measured and nominal load by their uncertainty."""
     load, stated = _load_where_it_is_on(run, cleaned.run), run.manifest.conditions.normal_load
     if not len(load) or _in_another_unit(run, cleaned):
@@ -264,7 +264,7 @@ def _load_where_it_is_on(run: RawRun, mended: RawRun) -> Column:
 
 
 @check("warning")
-def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
+def missing_samples(run: RawRun) -> Iterator[Trouble]:
     """Count missing samples; fits exclude them."""
     for name, values in _measured(run):
         missing = int(np.count_nonzero(~np.isfinite(values)))
@@ -278,7 +278,7 @@ def samples_are_not_missing(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
+def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     """Count samples that stand twice at the same time."""
     time = run.columns["time"]
     repeated = np.flatnonzero(np.diff(time) == 0)
@@ -291,7 +291,7 @@ def samples_are_not_repeated(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
+def recording_gap(run: RawRun) -> Iterator[Trouble]:
     """Find places where recording stopped for a while."""
     steps = np.diff(run.columns["time"])
     steps = steps[np.isfinite(steps)]
@@ -307,7 +307,7 @@ def sampling_has_no_gaps(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
+def dead_channel(run: RawRun) -> Iterator[Trouble]:
     """Find channels that never move, and friction that is zero through most of a test."""
     for name, values in _measured(run):
         seen = values[np.isfinite(values)]
@@ -321,7 +321,7 @@ def signal_is_alive(run: RawRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("warning")
-def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find reciprocating friction that is not given stroke by stroke, so that its mean has no meaning."""
     mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
     rubbing = mu[np.isfinite(mu) & (mu != 0)]
@@ -341,7 +341,7 @@ def friction_has_one_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]
 
 
 @check_cleaned("warning")
-def friction_is_plausible(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+def implausible_friction(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Catch a flipped sign or a wrong unit of friction."""
     mu = _friction(run, cleaned.run)
     if mu is None or not np.any(np.isfinite(mu)):
@@ -362,7 +362,7 @@ def _friction(run: RawRun, mended: RawRun) -> Column | None:
 
 
 @check("error")
-def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
+def interruption_after_end(run: RawRun) -> Iterator[Trouble]:
     """Refuse an interruption after the end of the test: what it measured would stand where there is no curve."""
     progress = run.manifest.progress
     if not run.manifest.interruptions or run.origins[progress.signal] == "unknown":
@@ -379,7 +379,7 @@ def interruptions_lie_within_the_run(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def depth_is_plausible(run: RawRun) -> Iterator[Trouble]:
+def implausible_depth(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the post-test measurement: sign, unit or a broken sensor."""
     depth = run.columns.get("depth")
     if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
@@ -477,7 +477,7 @@ def broken_off(run: RawRun) -> str | None:
 
 
 @check("warning")
-def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
+def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
     """Find tests that were broken off, and speeds that do not fit time and distance, or rotations."""
     manifest, progress = run.manifest, run.manifest.progress
     planned, speed = manifest.planned, manifest.nominal_speed
@@ -503,7 +503,7 @@ def distance_is_the_planned_one(run: RawRun) -> Iterator[Trouble]:
 
 
 @check("warning")
-def axis_starts_at_zero(run: RawRun) -> Iterator[Trouble]:
+def axis_offset(run: RawRun) -> Iterator[Trouble]:
     """Find counters carried over from an earlier test."""
     for name, values in _measured(run):
         if name in _AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:

@@ -36,7 +36,7 @@ def designs(
     k_D.
     """
     if not wanted > 0:
-        raise FitError(f"plan: found an interval of {wanted:g}; expected one above zero, such as '10 %'")
+        raise FitError(f"plan: --interval: found {wanted:g}; expected a positive value, such as '10 %'")
     contact = run.problem.contact
     common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
 

@@ -220,7 +220,7 @@ def _along(at: Sequence[float]) -> Column:
     """Return the places of a course: 0, the wanted ones, and some before and between them, even in their logarithm."""
     asked = np.asarray(at, dtype=float)
     if not (asked.size and np.all(np.isfinite(asked) & (asked > 0))):
-        raise FitError(f"local wear: found the places {list(at)}; expected some, all above zero; check --at")
+        raise FitError(f"--at: found {list(at)}; expected one or more positive distances")
     anchors = np.unique(np.append(asked, asked.max() / 10**_DECADES))
     counts = np.ceil(_PLACES_PER_DECADE * np.diff(np.log10(anchors)) - _ROUNDING).astype(int)
     stretches = map(np.geomspace, anchors[:-1], anchors[1:], counts + 1)

@@ -5,7 +5,7 @@ from typing import Literal
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 
-AlarmKind = Literal["law", "sensor", "load", "friction", "still", "anew"]
+AlarmKind = Literal["law", "sensor", "load", "friction", "stalled", "replaced"]
 
 
 class Alarm(Record):

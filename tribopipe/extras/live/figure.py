@@ -78,4 +78,4 @@ def _mark_prediction(ax: "Axes", estimate: Estimate) -> None:
 
 def _words(estimate: Estimate) -> str:
     found, interval = estimate.wear_coefficient.shown(WEAR_COEFFICIENT), between(estimate.interval, WEAR_COEFFICIENT)
-    return f"$k_\\mathrm{{D}}$ = {found}, 95 %: {interval}"
+    return f"$k_\\mathrm{{D}}$ = {found}, 95 % CI: {interval}"

@@ -82,7 +82,7 @@ class Session:
             f"nothing was appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
             "recording stopped"
         )
-        return self._update([alarm_at("still", reached, message)])
+        return self._update([alarm_at("stalled", reached, message)])
 
     def _taken(self, appended: Appended) -> Iterator[Alarm]:
         """Take in samples."""
@@ -93,7 +93,7 @@ class Session:
         if appended.anew:
             self.state, self._sensor = State(), StuckSensor()
             message = "the file was truncated or replaced: starting again with its content"
-            yield Alarm(kind="anew", message=message)
+            yield Alarm(kind="replaced", message=message)
         turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
         columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})
         self.asked = replace(self.asked, run=replace(self.asked.run, origins=appended.origins))

@@ -43,7 +43,7 @@ class Condition(Record):
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin or the crowned disc; none for what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the flat disc next to it."""
+    """k_D of the cylindrical disc next to it."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class DiscTest(Record):
     def recorded(self) -> tuple[RawRun, dict[str, Quantity]]:
         """Return the run as ingested, and the true k_D of each body."""
         test = VirtualTwinDiscTest(self.series, self.run)
-        true = {"crowned disc": self.run.curved_wear_coefficient, "flat disc": self.run.flat_wear_coefficient}
+        true = {"crowned disc": self.run.curved_wear_coefficient, "cylindrical disc": self.run.flat_wear_coefficient}
         return disc_run(self.series, self.run, test), true
 
 

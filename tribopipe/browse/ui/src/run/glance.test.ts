@@ -70,13 +70,13 @@ describe("tiles", () => {
     const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
       "k_D of the crowned disc": "1",
       "95 % interval, crowned disc": "0.9 to 1.1",
-      "k_D of the flat disc": "2",
+      "k_D of the cylindrical disc": "2",
       pressure: "even",
     });
     expect(tiles([discs])).toEqual([
       {
         label: "k_D by Sarkar's law",
-        value: "crowned disc: 1\nflat disc: 2",
+        value: "crowned disc: 1\ncylindrical disc: 2",
         more: "crowned disc: 95 % interval 0.9 to 1.1",
         stage: "wear_fit_sarkar",
       },
