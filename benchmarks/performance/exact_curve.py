@@ -33,7 +33,8 @@ def rows(setting: Setting) -> Iterator[Row]:
     compiled = _compiled(euler)
     steps = each_to(ACCURACY, compiled, setting)
     looped = setting.of(200, small=20)
-    there = f"of the published scheme, {steps * PLACES:,} steps for a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
+    error = f"a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
+    there = f"of the published scheme, {steps * PLACES:,} steps for {error}"
     loop = f"numpy loop {there}; {looped * steps:,} timed and scaled"
     off = f"{np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} relative error along the curve"
     by_solver = f"scipy's solve_ivp (DOP853, rtol {_TOLERANCE:.0e}), {off}"

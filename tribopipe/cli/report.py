@@ -38,8 +38,8 @@ def report(
         typer.Option("--details", help="TOML file with laboratory, customer, samples, signatories; may be repeated."),
     ] = None,
     standard: Annotated[
-        Literal["g99", "g133", "g77", "d4172", "d5183"] | None,
-        typer.Option("--standard", help="ASTM standard whose reporting items are listed."),
+        Literal["g99", "g133", "g77", "d4172", "d5183", "d6425", "iso20808", "iso7148"] | None,
+        typer.Option("--standard", help="Standard whose reporting items are listed."),
     ] = None,
     customer: Annotated[
         bool, typer.Option("--customer", help="Omit internal advice, tags, notes and options.")

@@ -16,7 +16,7 @@ _Line = Annotated[str, Field(min_length=1, max_length=500)]
 _Text = Annotated[str, Field(min_length=1, max_length=5000)]
 _LOGO_TYPES = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 _LARGEST_LOGO = 1 << 20
-StandardName = Literal["g99", "g133", "g77", "d4172", "d5183"]
+StandardName = Literal["g99", "g133", "g77", "d4172", "d5183", "d6425", "iso20808", "iso7148"]
 
 
 class Laboratory(Record):

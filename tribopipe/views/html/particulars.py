@@ -48,8 +48,23 @@ STANDARDS: dict[str, Standard] = {
         "Determination of the Coefficient of Friction of Lubricants Using the Four-Ball Wear Test Machine",
         "results of its test conditions",
     ),
+    "d6425": Standard(
+        "ASTM D6425",
+        "Measuring Friction and Wear Properties of Extreme Pressure (EP) Lubricating Oils Using SRV Test Machine",
+        "data of its interlaboratory study",
+    ),
+    "iso20808": Standard(
+        "ISO 20808",
+        "Fine ceramics: Determination of friction and wear characteristics of monolithic ceramics by ball-on-disc method",
+        "results of its test conditions",
+    ),
+    "iso7148": Standard(
+        "ISO 7148",
+        "Plain bearings: Testing of the tribological behaviour of bearing materials",
+        "results of its test conditions",
+    ),
 }
-"""Titles and the two ways of following G99 (section 5.2): the public pages of ASTM International."""
+"""Titles and the two ways of following G99 (section 5.2): the public pages of ASTM International and of ISO."""
 
 
 @dataclass(frozen=True)
