@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from folders import SAMPLE_IDS
+from folders import FURTHER_IDS, SAMPLE_IDS
 from matplotlib import rc_context
 from PIL import Image
 
@@ -31,7 +31,7 @@ from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
 from tribopipe.views.html.captions import RUN_CAPTIONS
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
-from tribopipe.views.run_plots import WANDER_NAME
+from tribopipe.views.run_plots import WANDER_NAME, depth_panels
 
 
 @pytest.mark.parametrize("run_id", ["si3n4-air-800mN", "wc-co-water-400mN"])
@@ -312,3 +312,15 @@ def test_an_unknown_format_is_wrong_usage(run_cli, tmp_path):
     asked = run_cli("process", tmp_path, "--figure-format", "gif")
     assert asked.exit_code == 2
     assert "gif" in asked.stderr
+
+
+@pytest.mark.parametrize("run_id", FURTHER_IDS)
+def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the_approach(further_archive, run_id):
+    corrected = archived_correction(further_archive, run_id)
+    time = corrected.run.columns["time"]
+    (panel,) = depth_panels(time, corrected)
+    drift = next(curve for curve in panel.curves if curve.role == "drift")
+    found = corrected.correction.drift_rate
+    slope = float(np.polyfit(time, drift.y, 1)[0])
+    assert slope == pytest.approx(found.value, abs=0.5 * found.standard_uncertainty)
+    assert np.ptp(drift.y - slope * time) < 0.2e-6

@@ -60,13 +60,15 @@ def _signal_panel(x: Column, name: SignalName, runs: Mapping[str, tuple[RawRun, 
 def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = None) -> tuple[Panel, ...]:
     """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
     run, wear, curves = corrected.run, corrected.wear_depth, []
-    reading = run.columns.get("depth")
+    read, scale = run.columns.get("depth"), run.manifest.depth_scale.value
     both = "both bodies" if run.manifest.contact is None else run.manifest.contact.both
-    if reading is not None:
-        name = f"sensor reading{_cleaned(clean_up, 'depth')}"
-        curves.append(Curve(name, "measured", x, reading, MICRONS, run.id, path="depth"))
-    if reading is not None and wear is not None:
-        curves.append(Curve("zero offset and drift", "drift", x, reading - wear, MICRONS, run.id))
+    # Only what the bodies approach by is comparable with wear; the rest of the difference is then drift.
+    approach = None if read is None else scale * read
+    if approach is not None:
+        name = f"sensor reading{'' if scale == 1 else f' × {scale:.4g}'}{_cleaned(clean_up, 'depth')}"
+        curves.append(Curve(name, "measured", x, approach, MICRONS, run.id, path="depth"))
+    if approach is not None and wear is not None:
+        curves.append(Curve("zero offset and drift", "drift", x, approach - wear, MICRONS, run.id))
         curves.append(Curve(f"corrected wear, {both}", "measured", x, wear, MICRONS, run.id, path=CORRECTED))
     if corrected.wander is not None:
         curves.append(Curve(WANDER_NAME, "wander", x, corrected.wander, MICRONS, run.id, path=WANDER))
