@@ -286,8 +286,8 @@ def test_each_section_is_opened_by_its_code(run_cli):
 
 
 def test_pages_and_commands_are_opened_by_name(run_cli):
-    assert run_cli("help", "end-values").stdout.startswith("# End values")
-    assert run_cli("help", "docs/end_values.md").stdout.startswith("# End values")
+    assert run_cli("help", "end-values").stdout.startswith("# Enter post-test wear measurements")
+    assert run_cli("help", "docs/end_values.md").stdout.startswith("# Enter post-test wear measurements")
     assert "Usage: tribopipe ingest" in run_cli("help", "ingest").stdout
     listed = run_cli("help").output
     assert all(f" {name} " in listed for name in pages())

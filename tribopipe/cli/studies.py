@@ -54,7 +54,7 @@ def new(
 
     The runs at the lightest load are fitted, the others are predicted.
 
-    Runs that are marked bad, were aborted or lack data for k_D are excluded and listed. Writes study.toml, or
+    Runs that are marked bad, were aborted or have no data for k_D are excluded and listed. Writes study.toml, or
     <id>.study.toml for each of several; review and edit it before you run it.
     """
     from tribopipe.base.files import write_file

@@ -60,7 +60,7 @@ STANDARDS: dict[str, Standard] = {
     ),
     "iso7148": Standard(
         "ISO 7148",
-        "Plain bearings: Testing of the tribological behaviour of bearing materials",
+        "Plain bearings: Testing of the tribological behavior of bearing materials",
         "results of its test conditions",
     ),
 }
