@@ -107,7 +107,7 @@ def test_old_export_trimmed_to_five_columns():
         [0.765, 0.8, -0.8554],
     ]
     assert table.notes == (
-        "the file names no units; Time in s and Distance in m is assumed, as these tribometers write it",
+        "the file states no units; Time in s and Distance in m is assumed, as these tribometers write it",
         "'FrictionForce' may be in N or mN; map it with its unit in run.toml",
     )
     assert table.facts == {}

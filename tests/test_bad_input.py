@@ -165,7 +165,7 @@ SPOILED = {
     ),
     "time stands still": (whole_column(0, "1.0"), ["time", "expected increasing values", "check"]),
     # run.toml as a document
-    "no TOML": (manifest("(?m)^medium = .*$", "medium = air"), ["run.toml", "no valid TOML", "line 38", "quotes"]),
+    "no TOML": (manifest("(?m)^medium = .*$", "medium = air"), ["run.toml", "invalid TOML", "line 38", "quotes"]),
     "run.toml in another encoding": (
         lambda run: (run / "run.toml").write_bytes('title = "Größe"'.encode("cp1252")),
         ["run.toml", "byte 11", "not UTF-8", "save"],
@@ -409,7 +409,7 @@ RECIPES = {
     "bare length": ("[drift]\nprior = 1", ["recipe.toml", "drift.prior", "bare number 1"]),
     "share above one": ("[drift]\nwindow = 1.5", ["recipe.toml", "drift.window", "1.5", "less than 0.5"]),
     "unknown law": ('[wear]\nmodels = ["archad"]', ["recipe.toml", "wear.models[0]", "'archad'", "archard"]),
-    "no TOML": ("[drift", ["recipe.toml", "no valid TOML", "Expected ']'"]),
+    "no TOML": ("[drift", ["recipe.toml", "invalid TOML", "Expected ']'"]),
 }
 
 

@@ -112,7 +112,7 @@ def test_segments_go_there_and_back(share, radius):
 
 def test_more_than_half_a_cylinder_is_refused():
     block = BlockOnCylinder(RADIUS, WIDTH)
-    with pytest.raises(ContactError, match="more than the tip holds"):
+    with pytest.raises(ContactError, match="more than the volume of the tip"):
         block.worn(1.01 * block.most_volume)
     with pytest.raises(ContactError, match="found a wear depth of"):
         block.volume(1.01 * RADIUS)
@@ -140,11 +140,19 @@ def test_what_was_read_goes_there_and_back():
             {"end_values": {"block_scar_diameter": "2 mm"}},
             "block_scar_diameter: found one on a block",
         ),
-        ({"end_values": {"block_scar_width": "36 mm"}}, r"block_scar_width: found .* no smaller than"),
+        ({"end_values": {"block_scar_width": "36 mm"}}, r"block_scar_width: found .* not smaller than"),
         ({"end_values": {"block_scar_width": "1 mm", "pin_scar_length": "1 mm"}}, "found it twice"),
         (
             {"conditions": {"normal_load": "134 N", "track_radius": "17.5 mm"}},
             r"conditions\.track_radius: found one in addition to contact\.ring\.radius",
+        ),
+        (
+            {"end_values": {"block_scar_width": "2 mm", "block_scar_length": "6.35 mm"}},
+            r"block_scar_length: found one; expected block_scar_width",
+        ),
+        (
+            {"contact": {"kind": "block-on-ring", "block": BLOCK, "ring": RING | {"diameter": "17.5 mm"}}},
+            r"ring\.radius: found 17\.5 mm for a ring of 17\.5 mm in diameter",
         ),
         ({"contact": {"kind": "block-on-ring", "block": BLOCK, "ring": BLOCK}}, r"contact\.ring\.width: unknown key"),
     ],

@@ -16,7 +16,7 @@ from tribopipe.evaluation.checks import (  # noqa: F401 - importing registers th
 )
 from tribopipe.evaluation.checks.registry import CHECKS, check_run, refuse_errors
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.run import ExtraColumn, Profile, Recording
+from tribopipe.results.run import AT_A_LEVER, ExtraColumn, Profile, Recording
 
 
 @pytest.fixture(scope="module")
@@ -163,6 +163,12 @@ CASES = {
         "conditions.track_radius",
         both(manifest(conditions__track_radius="6.2 mm"), extra("Radius", "mm", 6)),
     ),
+    "stated_speeds_differ": (
+        "warning",
+        manifest(conditions__track_radius="6 mm", conditions__rotational_speed="600 rpm"),
+        "conditions.sliding_speed",
+        manifest(conditions__track_radius="6 mm", conditions__rotational_speed="637 rpm"),
+    ),
     "channels_disagree": (
         "warning",
         extra("Mass", "g", 80),
@@ -263,6 +269,12 @@ CASES = {
         manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_volume=volume(6.8)),
         "interruptions, end_values of the pin",
         manifest(interruptions=weighings(1.0, 2.0, 3.0, 4.0), end_values__pin_wear_volume=volume(5.0)),
+    ),
+    "wear_decreases": (
+        "warning",
+        manifest(interruptions=weighings(4.0, 4.7, 2.7, 6.1), end_values__pin_wear_volume=volume(6.8)),
+        "interruptions, end_values of the pin",
+        manifest(interruptions=weighings(4.0, 4.7, 4.7, 6.1), end_values__pin_wear_volume=volume(6.8)),
     ),
     "scar_or_radius": (
         "warning",
@@ -386,6 +398,12 @@ CASES = {
         lambda run: replace(run, notes=("signals.csv: read as cp1252",)),
         "signals",
         AS_IT_IS,
+    ),
+    "friction_lever": (
+        "warning",
+        lambda run: replace(run, notes=(f"signals.csv: friction_force in N {AT_A_LEVER} 4.49 mm from the axis",)),
+        "signals",
+        lambda run: replace(run, notes=("signals.csv: friction_force in N*mm is treated as a torque about the axis",)),
     ),
     "unused_signal": (
         "warning",

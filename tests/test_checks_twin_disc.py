@@ -208,8 +208,8 @@ def test_derived_count_is_held_against_no_speed():
     ("check", "changes", "columns", "words"),
     [
         ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "bodies do not touch"),
-        ("axis_backward", {}, {"rotations": TURNS - 5.0}, "no count"),
-        ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "no count"),
+        ("axis_backward", {}, {"rotations": TURNS - 5.0}, "not a count"),
+        ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "not a count"),
         ("missing_input", ONLY_CURVED, {}, "one-sided model"),
         ("interruption_after_end", {"interruptions": [STOP]}, {}, "12,000 rotations in a run of 10,000"),
         ("implausible_depth", {}, {"depth": COLUMNS["depth"] * 1e5}, "crown radius"),

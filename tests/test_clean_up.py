@@ -328,7 +328,7 @@ def test_windows_without_samples_are_told(bare_run):
     cleaned = clean_run(run_of(bare_run, **TRUTH), only(Zero(windows=(window,), signals=("normal_force",))))
     (change,) = cleaned.record.changes
     assert (change.signal, change.samples) == ("normal_force", 0)
-    assert change.what == "not zeroed: 0 samples in the windows stated; expected at least 2"
+    assert change.what == "not zeroed: 0 samples in the stated windows; expected at least 2"
 
 
 def test_small_load_before_a_large_one_is_not_taken_for_none(bare_run):

@@ -56,7 +56,7 @@ MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal
 def test_a_placeholder_is_a_missing_sample_that_is_named(tmp_path, token, more):
     run = read_run(made(tmp_path, spoiled(1234, 2, token), more=more))
     assert np.flatnonzero(np.isnan(run.columns["friction_force"])).tolist() == [1234]
-    assert "signals.csv: column 'Ff [mN]': 1 field holds a placeholder, taken as missing; the first is " + (
+    assert "signals.csv: column 'Ff [mN]': 1 field contains a placeholder, treated as missing; the first is " + (
         f"{token!r} in line 1236"
     ) in " ".join(run.notes)
     assert "1 of 2000 samples missing, the first at" in findings(run)["missing_samples"].message
@@ -104,7 +104,7 @@ def test_what_is_not_used_is_named(tmp_path, names, why):
 def test_words_under_the_name_of_a_signal_are_named(tmp_path):
     rows = [row.replace(";100.0;", ";on;").replace(";101.0;", ";off;").replace(";102.0;", ";on;") for row in ROWS]
     run = read_run(made(tmp_path, rows, names=NAMES.replace("Ff [mN]", "friction_force")))
-    assert "'friction_force' seems to be friction_force and is not used: it holds words, the first of them 'on'" in (
+    assert "'friction_force' seems to be friction_force and is not used: it contains words, the first of them 'on'" in (
         findings(run)["unused_signal"].message
     )
 
@@ -123,7 +123,8 @@ def test_placeholders_of_a_long_file_are_counted_over_its_blocks(tmp_path, monke
     monkeypatch.setattr(long_text, "TAIL", 4096)
     run = read_run(made(tmp_path, rows))
     assert run.notes[0] == (
-        "signals.csv: column 'Ff [mN]': 2 fields hold placeholders, taken as missing; the first is 'OVL' in line 1502"
+        "signals.csv: column 'Ff [mN]': 2 fields contain placeholders, treated as missing; the first is 'OVL' in line "
+        "1502"
     )
     assert np.flatnonzero(np.isnan(run.columns["friction_force"])).tolist() == [1500, 1900]
 
@@ -133,5 +134,5 @@ def test_detect_names_placeholders_and_words(tmp_path):
     assert "'OVL' in line 12" in " ".join(read_export(tmp_path / "signals.csv").notes)
     made(tmp_path, spoiled(10, 2, "8.0.1"))
     export = read_export(tmp_path / "signals.csv")
-    assert "column 'Ff [mN]': kept as text, since line 12 holds '8.0.1', which is no number" in export.notes
+    assert "column 'Ff [mN]': kept as text, since line 12 contains '8.0.1', which is not a number" in export.notes
     assert export.meanings["Ff [mN]"].signal == "friction_force"

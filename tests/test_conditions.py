@@ -45,7 +45,7 @@ def test_a_ladder_in_one_run_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "log.csv", rtec_ladder(), normal_load="5 N", sliding_speed="0.1 m/s"))
     (told,) = found["conditions_change"]
     assert told.startswith(
-        "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm one after the other, the first change at "
+        "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm in sequence, with the first change at "
         "sample 1801; expected one value per run, as stated in run.toml; make one run per step with"
     )
 
@@ -118,11 +118,11 @@ def test_a_sound_recording_breaks_no_identity(tmp_path):
     [
         (
             {"track_radius": "30 mm"},
-            "conditions.track_radius: found 30 mm stated where 'Radius' recorded a median of 25",
+            "conditions.track_radius: found 30 mm stated, but 'Radius' recorded a median of 25",
         ),
         (
             {"rotational_speed": "328 rpm"},
-            "conditions.rotational_speed: found 328 rpm stated where 'Speed' recorded a ",
+            "conditions.rotational_speed: found 328 rpm stated, but 'Speed' recorded a ",
         ),
     ],
 )
@@ -136,8 +136,8 @@ def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     run.columns["friction_force"][:] *= 0.5
     (told,) = found_in(run)["channels_disagree"]
     assert told.startswith(
-        "friction_force: found F_f/F_N = μ broken, with 'friction_force', 'normal_force', 'friction_coefficient': the "
-        "left side is 0.5 times the right one; expected 1 within 5%"
+        "friction_force: found F_f/F_N = μ violated, with 'friction_force', 'normal_force', 'friction_coefficient': "
+        "the left side is 0.5 times the right side; expected 1 within 5%"
     )
 
 
@@ -216,7 +216,7 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
     (told,) = found["strokes_differ"]
-    assert told.startswith("conditions.stroke: found 10 mm stated where 'X' moves by 4.9")
+    assert told.startswith("conditions.stroke: found 10 mm stated, but 'X' moves by 4.9")
 
 
 def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
@@ -226,12 +226,10 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     run = read_run(tmp_path / "a")
     found = found_in(run)
     assert found["strokes_unused"][0].startswith(
-        "friction_force: found friction without sign, although the column 'Fx' changes sign with the stroke"
+        "friction_force: found unsigned friction, although the column 'Fx' changes sign with the stroke"
     )
     (told,) = found["no_friction_per_stroke"]
-    assert told.startswith(
-        "friction_coefficient: found no sign that changes with the stroke, so that no coefficient per "
-    )
+    assert told.startswith("friction_coefficient: found no change of sign with the stroke, so that no coefficient per ")
 
 
 # --- three definitions of friction ---
@@ -243,7 +241,7 @@ def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path)
     made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=200 N"]))
     told = (
         "3 definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction absolute integral' (median "
-        "0.11) and 'COF (peak)' (median 0.17); none is taken: name the one that you report as friction_coefficient "
+        "0.11) and 'COF (peak)' (median 0.17); none is used: map the one that you report to friction_coefficient "
         "under [signals.columns]"
     )
     assert f"test.xlsx: {told}" in made.notes

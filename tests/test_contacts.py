@@ -168,7 +168,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
         ({"end_values": {"drum_wear_depth": "-1 um"}}, "drum_wear_depth: found -1 µm; expected zero or more"),
         ({"end_values": {"drum_wear_depth": 3}}, r"end_values\.drum_wear_depth: found the bare number 3"),
         ({"end_values": {"drum_wear_depth": "1 um", "disc_wear_depth": "1 um"}}, "drum_wear_depth: found it twice"),
-        ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found one in a pin-on-drum run, which has no such thing"),
+        ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found one in a pin-on-drum run, which has no such key"),
         (
             {"conditions": {**MANIFEST["conditions"], "track_radius": "1 mm"}},
             "track_radius: found one with c",
@@ -233,7 +233,7 @@ class Taken(SlidingPin):
         ("gone = no_such_module:Contact", "contact 'gone' left out: no_such_module:Contact cannot be loaded"),
         ("no-class = broken_contact:Specimen", "expected a subclass of SlidingPin"),
         ("other-kind = broken_contact:OtherKind", "expected Literal\\['other-kind'\\]"),
-        ("no-body = broken_contact:NoBody", "expected two specimens, and what is the pin"),
+        ("no-body = broken_contact:NoBody", "expected two specimens, one of them the pin"),
         ("pin-on-disc = broken_contact:Taken", "the name is used by tribopipe itself"),
     ],
 )
@@ -276,7 +276,7 @@ def test_drum_that_is_too_small_is_warned_of():
     assert len(read(document).contact.limits) == 1
     document["contact"] = {**document["contact"], "drum": {**document["contact"]["drum"], "radius": "1 mm"}}
     taken, warned = read(document).contact.limits
-    assert "taken as one of 0.5928" in taken
+    assert "treated as one of 0.5928" in taken
     assert warned.startswith("warning: the pin's radius is 0.79 of the drum's")
 
 

@@ -125,7 +125,7 @@ def test_columns_without_a_meaning_are_written_too(bare_run, tmp_path):
 
 @pytest.mark.parametrize("what", ["prediction-archard", "local-wear-sarkar", "nonsense", "../raw", ""])
 def test_what_a_run_lacks_is_one_sentence(archive, what):
-    with pytest.raises(ArchiveError, match=f"{RUN}: found no table .*; expected one that it has: raw, cleaned, "):
+    with pytest.raises(ArchiveError, match=f"{RUN}: found no table .*; expected one of: raw, cleaned, "):
         csv_parts(Archive(archive), RUN, what)
 
 
@@ -201,7 +201,7 @@ def test_command_goes_on_where_a_table_or_a_run_is_not_there(run_cli, archive, t
     assert sorted(path.name for path in out.iterdir()) == [f"{RUN}-fit-archard.csv", f"{RUN}-fit-sarkar.csv"]
     lines = [line for line in told.stderr.splitlines() if line.startswith("error: ")]
     assert len(lines) == 2
-    assert "found no table 'local-wear-archard'; expected one that it has: raw, " in lines[0]
+    assert "found no table 'local-wear-archard'; expected one of: raw, " in lines[0]
     assert "found no run 'nobody'" in lines[1]
     assert run_cli("export", "csv", "nobody", "--archive", archive, "-o", out).exit_code == 1
 

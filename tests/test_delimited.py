@@ -472,14 +472,14 @@ def test_one_line_of_100_megabytes_is_refused_at_once(before):
 
 def test_encoding_named_wrongly():
     content = "Time;Depth [µm]\n1;2\n".encode("cp1252")
-    assert "byte 12, which is no utf-8" in refusal(content, encoding="utf-8")
+    assert "byte 12, which is not utf-8" in refusal(content, encoding="utf-8")
     assert "unknown encoding 'klingon'" in refusal(content, encoding="klingon")
     assert "unknown encoding 'hex'" in refusal(content, encoding="hex")
 
 
 def test_cut_in_the_middle_of_a_character():
-    assert "no utf-16" in refusal("Time;Depth\n1;2\n".encode("utf-16")[:-1])
-    assert "no utf-8" in refusal("Time;Depth [µm];Note\n1;2;µ".encode()[:-1])
+    assert "not utf-16" in refusal("Time;Depth\n1;2\n".encode("utf-16")[:-1])
+    assert "not utf-8" in refusal("Time;Depth [µm];Note\n1;2;µ".encode()[:-1])
 
 
 def test_separator_that_yields_one_column():
@@ -525,11 +525,11 @@ def test_decimal_sign_that_shows_late():
 
 def test_two_decimal_signs():
     message = refusal("Time;Depth\n0,5;1\n0,6;1.5\n")
-    assert "line 3: found '1.5', while line 2 writes '0,5'" in message
+    assert "line 3: found '1.5', while line 2 has '0,5'" in message
 
 
 def test_two_tables():
-    assert "one table in a file" in refusal("A;B\n1;2\n2;3\n\nC;D;E\n1;2;3\n1;2;3\n1;2;4\n")
+    assert "one table per file" in refusal("A;B\n1;2\n2;3\n\nC;D;E\n1;2;3\n1;2;3\n1;2;4\n")
 
 
 @pytest.mark.parametrize(
@@ -607,7 +607,7 @@ def test_a_line_of_words_below_the_table_is_left_out_with_a_note():
     rows = "Time [s]\tDepth [um]\r\n1,5\t2,5\r\n2,5\t27,\r\n\r\nTest completed at 15:08:24 on 2019-04-11\r\n"
     table = DelimitedReader().read(SourceFile("a.txt", rows.encode()), Hints())
     np.testing.assert_array_equal(table.columns[1].values, [2.5, 27.0])
-    assert table.notes == ("left out the line 'Test completed at 15:08:24 on 2019-04-11' below the table",)
+    assert table.notes == ("omitted the line 'Test completed at 15:08:24 on 2019-04-11' below the table",)
 
 
 def test_a_table_cut_in_the_middle_of_a_number_is_still_refused():

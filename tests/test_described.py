@@ -84,7 +84,7 @@ def test_the_example_reads_its_file(made, end, encoding):
     assert values[5].tolist() == ["start", "", ""]
     assert table.facts == {"started": "2024-05-03T14:05:00", "conditions.normal_load": "5.0 N"}
     assert table.notes == (
-        "'Ft, calibrated' is in N by the calibration 'load cell, 2024-03'",
+        "'Ft, calibrated' is in N with the calibration 'load cell, 2024-03'",
         "'Weg, calibrated' is 'Weg' × -1",
     )
     assert table.header.encode().startswith(b"Pin-on-disc rig 12")
@@ -213,7 +213,7 @@ def test_scale_comes_before_the_calibration(made):
 
 
 def test_a_name_that_is_taken(made):
-    with pytest.raises(ReaderError, match="found a column 'F, calibrated' in the file, too"):
+    with pytest.raises(ReaderError, match="found the column 'F, calibrated' in the file as well"):
         calibrated(made, "points = [[0, 0], [1, 10]]", b"t;F;F, calibrated\n0;0;0\n1;1;1\n")
 
 
@@ -279,15 +279,15 @@ def with_calibration(held: str, column: str = "") -> str:
     [
         (HEAD, "columns: missing"),
         (HEAD + "[columns]\n", "columns: found"),
-        (LEAST.replace('"rig"', '"My Rig!"'), "name: found 'My Rig!'; expected up to 60 small letters and digits"),
+        (LEAST.replace('"rig"', '"My Rig!"'), "name: found 'My Rig!'; expected up to 60 lowercase letters and digits"),
         (LEAST.replace('"time"', '"tme"'), "columns.t.signal: found 'tme'; expected"),
-        (LEAST.replace('"s"', '"seconds since"'), "columns.t.unit: found 'seconds since', which is no unit"),
+        (LEAST.replace('"s"', '"seconds since"'), "columns.t.unit: found 'seconds since', which is not a unit"),
         (LEAST + 'u = { signal = "time" }', "columns.u.signal: found 'time', as for 't'"),
-        ('detect = "("\n' + LEAST, "detect: found '(', which is no regular expression"),
+        ('detect = "("\n' + LEAST, "detect: found '(', which is not a regular expression"),
         ('separator = ";;"\n' + LEAST, "separator: found ';;'; expected one character"),
         ("header_lines = 3\n" + LEAST, "separator: missing"),
         ('header_lines = 3\nstarts_at = "^t"\nseparator = ";"\n' + LEAST, "header_lines: found it with starts_at"),
-        ('units_row = "below"\n' + LEAST, "units_row: found it without the place of the row of names"),
+        ('units_row = "below"\n' + LEAST, "units_row: found it without the position of the row of names"),
         ('names = ["x", "F"]\nseparator = ";"\n' + LEAST, "columns.t: found no such column among the names"),
         ("colums = 3\n" + LEAST, "colums: unknown key; did you mean 'columns'"),
         (LEAST + 'F = { calibration = "c" }', "columns.F.calibration: found 'c', which is not among"),

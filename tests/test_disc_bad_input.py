@@ -83,7 +83,7 @@ CASES = {
     "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "-0.25 N", "check sign")),
     "wear deeper than the crown radius": (
         end('curved_disc_wear_depth = "4 mm"'),
-        ("end_values.curved_disc_wear_depth", "no less than the crown radius of", "check both units"),
+        ("end_values.curved_disc_wear_depth", "not less than the crown radius of", "check both units"),
     ),
     "cylindrical disc worn deeper than the crown radius": (
         end('flat_disc_wear_depth = "5 mm"'),
@@ -91,7 +91,7 @@ CASES = {
     ),
     "track wider than twice the crown": (
         end('curved_disc_track_width = "8 mm"'),
-        ("end_values.curved_disc_track_width", "no less than twice the crown radius of"),
+        ("end_values.curved_disc_track_width", "not less than twice the crown radius of"),
     ),
     "track on the cylindrical disc wider than twice the crown": (
         end('flat_disc_track_width = "9 mm"'),
@@ -189,7 +189,7 @@ def test_bad_run_is_refused_and_the_archive_stays_as_it_was(run_cli, discs, held
 def test_interruptions_that_do_not_follow_each_other_are_refused(run_cli, discs, tmp_path):
     for turns in (5000, 5000):
         stop(f"rotations = {turns}", 'curved_disc_wear_depth = "0.1 um"')(discs)
-    words = ("interruptions: found 5,000 rotations, 5,000 rotations", "each above the one before")
+    words = ("interruptions: found 5,000 rotations, 5,000 rotations", "expected increasing values")
     assert_refused(run_cli("ingest", discs, "--archive", tmp_path / "archive"), *words)
     assert not (tmp_path / "archive").exists()
 

@@ -95,7 +95,7 @@ def test_one_sided_wear_is_fitted_where_nothing_was_measured_on_the_flat_disc(wh
     assert "flat_disc" not in fit.bodies
     assert fit.correlation is None
     assert found(fit) == pytest.approx((K_1 * TYPICAL[convention],), rel=1e-9)
-    assert "taken as unworn" in " ".join(fit.notes)
+    assert "assumed to be unworn" in " ".join(fit.notes)
     assert fit.p_value is None
 
 

@@ -273,7 +273,7 @@ def test_slip_changed_by_wear_is_noted():
 
 
 def test_k_d_without_uncertainty_is_noted():
-    assert "k_D is taken as exact" in notes(1e6, known=known_pair(k_d(K_1), k_d(K_2)))
+    assert "k_D is assumed to be exact" in notes(1e6, known=known_pair(k_d(K_1), k_d(K_2)))
 
 
 def test_defaults_are_named():

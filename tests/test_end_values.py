@@ -208,7 +208,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
     assert worn.bodies["disc"][0].depth is None
     assert worn.bodies["disc"][0].volume is None
-    assert any("disc_track_width is no larger than the scar on the pin" in note for note in worn.notes)
+    assert any("disc_track_width is not larger than the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 
 
@@ -324,9 +324,9 @@ def test_what_cannot_be_is_an_error_in_one_sentence(shape, end, where, message):
 
 def test_mass_without_density_is_refused_without_the_checks_as_well():
     run = run_of(described(density=False, pin_mass_loss="1 mg"))
-    with pytest.raises(FitError, match=r"found a mass of a pin without density; expected contact\.pin\.density"):
+    with pytest.raises(FitError, match=r"found a mass loss of a pin without density; expected contact\.pin\.density"):
         end_wear(run, DEFAULTS)
-    with pytest.raises(FitError, match=r"end_values\.disc_mass_loss: found a mass of a disc"):
+    with pytest.raises(FitError, match=r"end_values\.disc_mass_loss: found a mass loss of a disc"):
         end_wear(run_of(described(density=False, disc_mass_loss="1 mg", pin_wear_depth="1 um")), DEFAULTS)
 
 

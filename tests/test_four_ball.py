@@ -11,6 +11,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
+from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
@@ -122,11 +123,22 @@ def test_k_d_is_that_of_the_hand_calculation(worn):
     rate = specific_wear(run).pin.specific_wear_rate
     assert rate.value == pytest.approx(fit.k_d.value, rel=1e-9)
     assert run.columns["friction_coefficient"] == pytest.approx(0.1, rel=1e-6)
-    assert any("0.408 of the load applied" in note for note in fit.notes)
+    assert any("0.408 of the applied load" in note for note in fit.notes)
 
 
 def test_torque_is_named_as_what_it_was_taken_for(worn):
-    assert "balls.csv: friction_force in N*mm is taken as a torque about the axis" in read_run(worn).notes
+    assert "balls.csv: friction_force in N*mm is treated as a torque about the axis" in read_run(worn).notes
+
+
+def test_force_of_an_unknown_lever_is_warned_of(worn):
+    rows = (worn / "balls.csv").read_text(encoding="utf-8").replace("torque [N*mm]", "force [N]")
+    (worn / "balls.csv").write_text(rows, encoding="utf-8")
+    text = (worn / "run.toml").read_text(encoding="utf-8").replace("torque [N*mm]", "force [N]")
+    (worn / "run.toml").write_text(text, encoding="utf-8")
+    run = read_run(worn)
+    assert "balls.csv: friction_force in N is treated as a force at 4.49 mm from the axis" in run.notes
+    (found,) = [one for one in check_run(run) if one.code == "friction_lever"]
+    assert (found.severity, found.where) == ("warning", "signals")
 
 
 def passes(turns: int, ball: float, top: float) -> tuple[np.ndarray, np.ndarray]:
@@ -274,11 +286,11 @@ def test_what_was_read_goes_there_and_back():
         ),
         (
             {"end_values": {"ball_scar_diameter": "14 mm"}},
-            "ball_scar_diameter: found 1.4×10⁴ µm, no smaller than the ball's",
+            "ball_scar_diameter: found 1.4×10⁴ µm, not smaller than the ball's",
         ),
         (
             {"conditions": {"normal_load": "1600 N", "rotational_speed": "1200 rpm", "weld_load": "1569 N"}},
-            r"conditions\.normal_load: found 1600 N, no less than the weld load of 1569 N",
+            r"conditions\.normal_load: found 1600 N, not less than the weld load of 1569 N",
         ),
         ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found it twice"),
     ],
@@ -315,7 +327,7 @@ def test_torque_without_an_arm_is_kept_without_a_meaning(tmp_path):
     assert "friction_force" not in run.columns
     assert list(run.extras) == ["friction torque [N*mm]"]
     assert any("is a friction torque and is not used" in note for note in run.notes)
-    assert not any("taken as a torque" in note for note in run.notes)
+    assert not any("treated as a torque" in note for note in run.notes)
 
 
 def test_rates_between_measurements_are_those_of_one_contact(worn):

@@ -35,7 +35,7 @@ def test_files_of_different_clocks_are_refused(sample_run):
 
 def test_files_of_different_length_are_refused(sample_run):
     write_files(sample_run, ONE + "0.3,0.5\n", OTHER)
-    with pytest.raises(ReaderError, match="3 rows where the files before have 4"):
+    with pytest.raises(ReaderError, match="3 rows, but the files before have 4"):
         read_run(sample_run)
 
 
@@ -90,7 +90,7 @@ def test_a_column_that_not_every_file_has_is_left_out_with_a_note(sample_run):
     write_strokes(sample_run, "Time [s],Depth [um],Oil\n0,1,2\n", "Time [s],Depth [um]\n1,1\n")
     run = read_run(sample_run)
     assert list(run.extras) == ["file"]
-    assert any("left out 'Oil', which not every file has" in note for note in run.notes)
+    assert any("omitted 'Oil', which not every file contains" in note for note in run.notes)
 
 
 def test_a_file_of_other_signals_does_not_continue_the_test(sample_run):
@@ -109,7 +109,7 @@ def test_a_force_given_as_a_mass_is_its_weight(sample_run):
     write_files(sample_run, ONE, OTHER, 'friction_force = { column = "Ff", unit = "g" }')
     run = read_run(sample_run)
     np.testing.assert_allclose(run.columns["friction_force"], np.array([1.5, 1.6, 1.7]) * 9.80665e-3, rtol=1e-12)
-    assert "friction.csv: friction_force in g is taken as the weight of that mass" in run.notes
+    assert "friction.csv: friction_force in g is converted to the weight of that mass" in run.notes
 
 
 def test_one_entry_names_a_file_or_files(sample_run):

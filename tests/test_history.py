@@ -222,7 +222,7 @@ def test_writing_to_an_exchanged_file_does_not_hide_it(folder, tmp_path, attack)
     rewrite(folder, FILES[0], "fourth")
     (finding,) = errors(folder)
     assert (finding.where, finding.code) == (FILES[0], "history")
-    assert "another file was in its place when it was written to on" in finding.message
+    assert "a different file was in its place when it was written to on" in finding.message
 
 
 def test_rollback_says_from_when_to_when(folder, tmp_path):
@@ -283,7 +283,7 @@ def test_nothing_is_accepted_that_was_not_reported(run_cli, folder, wanted):
     before = tree_bytes(folder)
     done = run_cli("verify", folder, "--accept", wanted)
     assert done.exit_code == 1
-    assert "found nothing to accept of" in done.output
+    assert "found nothing to accept for" in done.output
     assert tree_bytes(folder) == before
 
 

@@ -67,14 +67,14 @@ def test_a_link_out_of_the_run_folder_is_refused(sample_run, tmp_path, refusal, 
     linked(sample_run / name, {"beside": f"../{outside.name}", "absolute": outside, "nowhere": "/no/such"}[target])
     said = refusal()
     assert name in said
-    assert "a link out of the run folder" in said
-    assert "in the place of the link" in said
+    assert "a link that leads out of the run folder" in said
+    assert "replace the link" in said
 
 
 def test_a_link_to_a_folder_outside_is_refused(sample_run, other_run, refusal):
     linked(sample_run / "data", other_run)
     set_key(sample_run, "file", '"data/signals.csv"')
-    assert "a link out of the run folder" in refusal()
+    assert "a link that leads out of the run folder" in refusal()
 
 
 def test_links_inside_the_run_folder_and_to_it_are_followed(sample_run, tmp_path):
@@ -263,7 +263,7 @@ def test_a_pattern_that_never_ends_is_ended(monkeypatch):
     start = time.monotonic()
     match = described_reader(profile).match(SourceFile("x.csv", content))
     assert match.confidence == 0
-    assert "no end of the search for '^(a+)+$'" in match.why
+    assert "no end to the search for '^(a+)+$'" in match.why
     assert time.monotonic() - start < 4 * AT_ONCE
 
 
@@ -329,7 +329,7 @@ def test_a_number_that_no_instrument_gives_is_refused(sample_run, refusal, writt
     said = refusal()
     assert "Depth [um]" in said
     assert "in row" in said
-    assert "expected a number that an instrument gives for depth" in said
+    assert "expected a value that an instrument can record for depth" in said
 
 
 def test_segments_of_numbers_and_texts_are_texts():

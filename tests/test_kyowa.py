@@ -37,7 +37,7 @@ def test_small_file(end, encoding):
         "title": "摩擦試験 No.3",
         "instrument": "Kyowa PCD-400A",
     }
-    assert table.notes == ("g and kg of CH1, CH2 are taken as gram-force and kilogram-force",)
+    assert table.notes == ("g and kg of CH1, CH2 are interpreted as gram-force and kilogram-force",)
 
 
 def test_without_a_row_of_names_channels_are_named_above():
@@ -67,7 +67,7 @@ def test_english_labels_and_quoted_numbers():
 
 def test_fewer_samples_than_the_header_claims():
     table = read(READER, KYOWA.replace(b",3\r\n", b",2000\r\n"))
-    assert table.notes[-1] == "the header claims 2000 samples; 3 are there"
+    assert table.notes[-1] == "the header declares 2000 samples; 3 are present"
 
 
 def test_cut_anywhere_it_is_right_or_refused():
@@ -96,7 +96,7 @@ def test_broken_files_are_refused(content, message):
 
 
 def test_another_encoding_than_named_is_refused():
-    with pytest.raises(ReaderError, match="no utf-8"):
+    with pytest.raises(ReaderError, match="not utf-8"):
         read(READER, KYOWA, encoding="utf-8")
     with pytest.raises(ReaderError, match="no row of units"):
         read(READER, KYOWA, encoding="latin-1")

@@ -109,7 +109,9 @@ def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
 def test_the_economy_needs_finite_elements(run_cli):
     refused = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "economy")
     assert refused.exit_code == 1
-    assert "found the scheme economy without finite elements; expected them; add --engine fe" in refused.stderr
+    assert (
+        "found the scheme economy without finite elements; expected finite elements; add --engine fe" in refused.stderr
+    )
 
 
 def test_finite_elements_are_not_for_a_flat_pin(run_cli, tmp_path):
@@ -139,7 +141,7 @@ def test_explicit_steps_beyond_what_can_be_waited_for_are_refused(run_cli, monke
     monkeypatch.setattr("tribopipe.physics.local.course._MOST_EXPLICIT_STEPS", 100)
     result = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--scheme", "explicit")
     assert result.exit_code == 1
-    assert "take the implicit scheme" in result.stderr
+    assert "use the implicit scheme" in result.stderr
     assert result.stderr.count("error: ") == 1
 
 
@@ -251,7 +253,7 @@ def test_one_that_fails_does_not_stop_the_others(run_cli):
         (("--at", "1 m", "--wear-coefficient", K_D), "found 2 wear coefficients"),
         (("--at", "0 m"), "expected one or more positive distances"),
         (("--at", "1 m", "--wear-coefficient", "1 m"), "--wear-coefficient"),
-        (("--at", "1e9 m"), "more than the tip holds"),
+        (("--at", "1e9 m"), "more than the volume of the tip"),
     ],
 )
 def test_impossible_wishes_are_one_sentence(run_cli, arguments, words):

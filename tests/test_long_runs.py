@@ -387,7 +387,7 @@ def test_a_file_that_changes_in_place_is_not_archived(sample_run, tmp_path):
     signals = sample_run / "signals.csv"
     content = signals.read_bytes()
     signals.write_bytes(content[:-2] + b"0\n" if content[-2:] != b"0\n" else content[:-2] + b"1\n")
-    with pytest.raises(ReaderError, match="found other bytes than a moment before"):
+    with pytest.raises(ReaderError, match="found a file that changed while it was read"):
         archive.add(run)
     assert archive.ids() == []
 

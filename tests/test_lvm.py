@@ -111,7 +111,7 @@ def test_decimal_commas(tag):
 
 def test_claims_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Samples\t3\t3", b"Samples\t2000\t2000"))
-    assert table.notes == ("numbers of rows differ from the header: segment 1 claims 2000 and holds 3",)
+    assert table.notes == ("numbers of rows differ from the header: segment 1 declares 2000 and contains 3",)
 
 
 def test_packets_below_one_header():
@@ -120,7 +120,7 @@ def test_packets_below_one_header():
     assert np.array_equal(values(table), TRUTH[:, :3])
     assert table.notes == ()
     short = read(text([*lines, "\t".join(ROWS[0][0])]))
-    assert short.notes == ("numbers of rows differ from the header: segment 1 claims 2 and holds 1",)
+    assert short.notes == ("numbers of rows differ from the header: segment 1 declares 2 and contains 1",)
 
 
 def without_x(samples: int, step: str = "0.25\t0.25", several: str = "Yes") -> ReadTable:
@@ -139,7 +139,7 @@ def test_values_of_x_are_computed():
 @pytest.mark.parametrize("table", [without_x(2, several="No"), without_x(3, "0.25\t0.5"), without_x(3, "fast\tfast")])
 def test_computed_values_that_are_not_certain_are_no_time(table):
     assert column(table, "X_Value").signal is None
-    assert any("not taken as time" in note for note in table.notes)
+    assert any("not used as time" in note for note in table.notes)
 
 
 def with_many_x(second: str) -> ReadTable:
@@ -163,7 +163,7 @@ def test_values_of_x_for_each_channel():
 def test_channels_with_times_of_their_own_have_none_in_common():
     table = with_many_x("0.2")
     assert column(table, "X_Value").signal is None
-    assert any("times of their own" in note for note in table.notes)
+    assert any("each channel has its own times" in note for note in table.notes)
 
 
 def test_seconds_since_1904_are_no_time_since_the_start():
@@ -254,8 +254,8 @@ def test_the_rest_of_an_exponent_is_not_taken_for_a_number():
 def test_rows_lost_at_the_end_are_noted():
     table = read(SMALL[: SMALL.rindex(b"13.262599") + 3])
     assert len(table.columns[0].values) == 4
-    assert any("line 39, the last one, has no line end and is left out" in note for note in table.notes)
-    assert any("segment 2 claims 2 and holds 1" in note for note in table.notes)
+    assert any("line 39, the last one, has no line end and is omitted" in note for note in table.notes)
+    assert any("segment 2 declares 2 and contains 1" in note for note in table.notes)
 
 
 @settings(max_examples=60, deadline=None)

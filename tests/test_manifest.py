@@ -179,15 +179,15 @@ def test_run_without_interruptions_has_none():
     ("second", "shown"), [("50 m", "100 m, 50 m"), ("100 m", "100 m, 100 m"), ("100000 mm", "100 m, 100 m")]
 )
 def test_interruptions_that_do_not_follow_each_other_are_refused(second, shown):
-    with pytest.raises(ManifestError, match=rf"^where: interruptions: found {shown}; expected each above"):
+    with pytest.raises(ManifestError, match=rf"^where: interruptions: found {shown}; expected increasing values"):
         read_document(with_stop(1, sliding_distance=second), RunManifest, where="where")
 
 
 @pytest.mark.parametrize(
     ("key", "value", "found"),
     [
-        ("pin_scar_diameter", "1.588 mm", "found 1588 µm, no smaller than the pin's diameter"),
-        ("pin_wear_depth", "0.8 mm", "found 800 µm, no less than the pin radius"),
+        ("pin_scar_diameter", "1.588 mm", "found 1588 µm, not smaller than the pin's diameter"),
+        ("pin_wear_depth", "0.8 mm", "found 800 µm, not less than the pin radius"),
     ],
 )
 @pytest.mark.parametrize("number", [0, 1])

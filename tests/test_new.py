@@ -261,7 +261,7 @@ def test_a_place_that_cannot_be_written_is_named_and_not_what_was_to_be_made_bes
             raise PermissionError(errno.EACCES, "Permission denied")
 
     monkeypatch.setattr(Path, "mkdir", refuse)
-    with pytest.raises(ManifestError, match=rf"^{export.stem}: cannot be made \(Permission denied\); .*--into$"):
+    with pytest.raises(ManifestError, match=rf"^{export.stem}: cannot be created \(Permission denied\); .*--into$"):
         make_run(Wanted([export], settings=[LOAD]))
 
 
@@ -276,7 +276,7 @@ def test_files_that_continue_each_other_are_put_in_natural_order(lab):
     assert signals["files"] == ["stroke 1.csv", "stroke 2.csv", "stroke 10.csv"]
     assert signals["columns"] == {"time": "Time [s]", "friction_force": "Ff [N]"}
     assert made.groups[0].rows == 6
-    assert made.notes[-1].startswith("3 files are taken as one test, one after the other, although the clock restarts")
+    assert made.notes[-1].startswith("3 files are treated as one test, in sequence, although the clock restarts")
 
 
 def test_files_whose_clock_goes_on_need_no_word_about_it(lab):
@@ -299,8 +299,14 @@ def test_channels_over_the_same_time_base_stand_side_by_side(lab):
 @pytest.mark.parametrize(
     ("other", "told"),
     [
-        (table("Wear [um]", range(20)), "wear.csv: found 20 rows and other columns than in force.csv, which has 30"),
-        (table("Wear [um]", range(30)).replace(b"\n0.5,", b"\n0.55,"), "wear.csv: found other times than in force.csv"),
+        (
+            table("Wear [um]", range(20)),
+            "wear.csv: found 20 rows and columns that differ from force.csv, which has 30 rows",
+        ),
+        (
+            table("Wear [um]", range(30)).replace(b"\n0.5,", b"\n0.55,"),
+            "wear.csv: found times that differ from force.csv",
+        ),
     ],
 )
 def test_files_of_different_tests_are_refused_by_name(lab, other, told):
@@ -371,7 +377,7 @@ def test_columns_are_known_by_their_names_where_the_unit_fits(lab):
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# temperature = { column = "Temp", unit = "degC" }' in text
     assert "its unit is not known" in text
-    assert '# Kept without a meaning: "Fluss [l]" (l), "Speed [rpm]" (rpm)' in text
+    assert '# Kept, but not used as signals: "Fluss [l]" (l), "Speed [rpm]" (rpm)' in text
     assert "# N, by its name" in text
 
 
@@ -394,7 +400,7 @@ def test_two_columns_that_could_be_one_signal_are_left_to_the_lab(lab):
     assert document(made.folder)["signals"][0]["columns"] == {"time": "Time [s]"}
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# friction_coefficient = "COF"' in text
-    assert "another column could be it too" in text
+    assert "another column could also be this signal" in text
 
 
 def test_a_run_without_friction_and_depth_is_said_to_be_one(lab):
@@ -448,7 +454,7 @@ def test_a_template_gives_what_stays_the_same(lab):
         ("[signals]\ncolumns.tme = 'x'", r"signals\.columns\.tme: unknown key; did you mean 'time'"),
         ("id = 'x'", "id: unknown key"),
         ("[conditions]\nstroke = '1 mm'\ntrack_radius = '3 mm'", "stroke: found it together with track_radius"),
-        ("[conditions", "no valid TOML"),
+        ("[conditions", "invalid TOML"),
     ],
 )
 def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written, told):
@@ -463,10 +469,10 @@ def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written,
         ("conditions.normal_load", "found no '='"),
         ("conditions.normal_laod=5 N", "did you mean 'normal_load'"),
         ("conditions.normal_load=5", "without a unit|bare number"),
-        ("conditions=5 N", "no key to be filled; expected one such as conditions.normal_load"),
-        ("signals.reader=x", "no key to be filled"),
-        ("contact.pin.radius.value=x", "no key to be filled"),
-        ("id=x", "no key to be filled"),
+        ("conditions=5 N", "a key that cannot be filled in; expected one such as conditions.normal_load"),
+        ("signals.reader=x", "a key that cannot be filled in"),
+        ("contact.pin.radius.value=x", "a key that cannot be filled in"),
+        ("id=x", "a key that cannot be filled in"),
         ("conditions.normal_load={ value = '5 mm' }", "found the unit 'mm'"),
     ],
 )
@@ -686,7 +692,7 @@ def test_profiles_whose_columns_are_named_wait_for_them_and_none_is_lost(lab, ex
     (line,) = [line for line in text.splitlines() if line.startswith("# disc_profile")]
     assert all(file.name in line for file in files)
     assert tomllib.loads(line.removeprefix("# "))["disc_profile"][3]["position"] == "…"
-    assert made.notes[-1].startswith("end_values.disc_profile waits in a comment of run.toml: name the columns")
+    assert made.notes[-1].startswith("end_values.disc_profile is in a comment of run.toml: name the columns")
     assert '"Across [mm]", "Up [um]"' in made.notes[-1]
 
 

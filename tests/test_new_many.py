@@ -84,7 +84,7 @@ def test_a_workbook_tells_the_same(run_cli, lab):
             HEAD,
             r"line 3: found the run 'TEST_1' a second time, after line 2",
         ),
-        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9', of which there is no file.*did you mean"),
+        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9', for which there is no file.*did you mean"),
         (
             ["test_1;5;400"],
             "run;normal_load [N];pin_scar_diameter",
@@ -94,7 +94,7 @@ def test_a_workbook_tells_the_same(run_cli, lab):
         (["test_1;1,000"], "run;normal_load [N]", "thousands"),
         (["test_1;-5"], "run;normal_load [N]", "more than zero"),
         (["test_1;5"], "run;normal_load [mm]", "'mm', which is no unit of force"),
-        (["test_1;5"], "run;wear volume [mm^3]", "may be of the pin or the disc"),
+        (["test_1;5"], "run;wear volume [mm^3]", "may be for the pin or the disc"),
         (["test_1;5;6"], "run;normal_load [N];Last [N]", "a second column for conditions.normal_load"),
         (["test_1;3"], "run;u(normal_load) [N]", "an uncertainty without a value"),
         ([";5"], "run;normal_load [N]", "a row without a run"),
@@ -141,10 +141,10 @@ def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
     told = json.loads(made.stdout)
     assert [run["id"] for run in told["runs"]] == ["copy-of-test_1", "test_2", "test_3", "test_4", "test_5"]
     assert {one["file"]: one["why"].partition(";")[0] for one in told["left_out"]} == {
-        "lab.toml": "no export of an instrument",
+        "lab.toml": "not an instrument export",
         "notes.txt": "no reader knows its format",
         "test_1.csv": "a duplicate of copy of test_1.csv, byte for byte",
-        "test_2.txt": "another file makes the run test_2 already",
+        "test_2.txt": "another file already makes the run test_2",
     }
     assert told["runs"][4]["notes"] == ["it is 17 % as long as the other tests of the folder: aborted?"]
     again = run_cli("new", "exports", "--set", "conditions.normal_load=5 N", "--into", "runs")

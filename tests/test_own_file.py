@@ -148,13 +148,13 @@ def test_a_ball_is_read_by_diameter_or_radius(line, facts):
     ("lines", "told"),
     [
         ("Normalkraft;5", "no unit"),
-        ("Normalkraft;5 mm", "'mm' is no unit of the force"),
+        ("Normalkraft;5 mm", "'mm' is not a unit for the force"),
         ("Normalkraft;fünf", "no number"),
         ("Normalkraft;1,000 N", "thousands"),
-        ("Normalkraft;0 N", "can be no force"),
-        ("Luftfeuchte;4500 %", "can be no percentage"),
+        ("Normalkraft;0 N", "cannot be a force"),
+        ("Luftfeuchte;4500 %", "cannot be a percentage"),
         ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
-        ("Normalkraft;5 N\nLoad;10 N", "differ on conditions.normal_load"),
+        ("Normalkraft;5 N\nLoad;10 N", "differ for conditions.normal_load"),
     ],
 )
 def test_header_lines_that_cannot_be_taken_are_named(lines, told):
@@ -327,7 +327,7 @@ def test_y_takes_what_is_offered_and_a_ball_may_be_given_by_its_diameter(lab):
 
     made = make_run(Wanted([lab / "a_5N.csv"]), ask, str)
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
-    assert "y takes it" in heard[0]
+    assert "y accepts it" in heard[0]
     assert tomllib.loads(text)["conditions"] == {"normal_load": "5 N", "sliding_speed": "0.1 m/s"}
     assert '# radius = "3 mm"' in text
     assert '# diameter = "6 mm"' in text
@@ -410,7 +410,7 @@ def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_
     assert found == {"time": "Time (s)", "friction_force": "Friction (N)", "depth": "LVDT (um)"}
     (lab / "b.csv").write_text(f"Time (s);Fx (N);Fy (N);Z (um);A (um)\n{rows}", encoding="utf-8")
     lacks = {name: one.lacks for name, one in meanings_of(read_export(lab / "b.csv").table.columns).items()}
-    assert lacks["Fx (N)"] == lacks["Fy (N)"] == "another column could be it too"
+    assert lacks["Fx (N)"] == lacks["Fy (N)"] == "another column could also be this signal"
 
 
 # --- from process to new ---

@@ -270,7 +270,7 @@ def test_units_are_those_people_read():
     assert shown(q(1e-9, "m^3")) == "1 mm³"
     assert shown(None) is None
     assert interval((q(1e-6, "m"), q(2e-6, "m")), "um") == "1 to 2 µm"
-    assert interval((q(1.0, "m"), None), "m") == "1 m to open"
+    assert interval((q(1.0, "m"), None), "m") == "1 m or more"
     assert [duration(q(s, "s")) for s in (59.0, 1200.0, 36_000.0)] == ["59 s", "20 min", "10 h"]
 
 
@@ -354,7 +354,7 @@ def test_clean_up_tells_every_change():
     change = Change(step="mask", signal="normal_force", samples=1200, what="12 masked", why="no load cell reads that")
     page = stage(CleanUp(changes=(change,), left_out=("temperature",)), "clean_up")
     assert page.sentence == "normal_force: 12 masked"
-    assert table(page, "what was changed") == (("normal force", "mask", "1,200", "12 masked", change.why),)
+    assert table(page, "changes") == (("normal force", "mask", "1,200", "12 masked", change.why),)
     assert facts_of(page, "") == {"left out": "temperature"}
     assert stage(CleanUp(), "clean_up").sentence == "nothing to do"
 
@@ -418,7 +418,7 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "places where depths are reached")
+    assert table(page, "predicted") == table(page, "points at which depths are reached")
     assert facts_of(page, "")["relative error of the steps"] == "+1.20%"
 
 
@@ -467,7 +467,7 @@ def test_local_wear_stands_beside_the_global_model():
     page = stage(local_result((pin,)), "local_wear_archard")
     (row,) = table(page, "local wear of the pin, and pressure on it")
     assert row[:4] == ("1 m", "1 µm", "1 µm", "+1.00%")
-    assert facts_of(page, "")["points of the grid"] == "64 × 32"
+    assert facts_of(page, "")["grid points"] == "64 × 32"
     parts = {f"{disc}_disc_wear_{what}": q(1e-12, unit) for disc in ("curved", "flat")
              for what, unit in (("depth", "m"), ("volume", "m^3"))}  # fmt: skip
     discs = LocalDiscPoint(
@@ -552,7 +552,7 @@ def test_study_page_tells_verdicts_and_all_else():
     assert len(engines.rows) == 1
     assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs: 10.0%; within a run: 2.0%; ")
     assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
-    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m to open)"
+    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m or more)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
         ("a", "fitted", "consistent", ("far off",)),
         ("b", "predicted", "over-predicted", ("far off",)),

@@ -106,7 +106,7 @@ def test_facts():
 def test_order_of_day_and_month_is_not_guessed(written, started):
     table = read(SMALL.replace(b"13/02/2017 16:35", written))
     assert table.facts.get("started") == started
-    assert any("day or month first" in note for note in table.notes) == (started is None)
+    assert any("the day or the month first" in note for note in table.notes) == (started is None)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])

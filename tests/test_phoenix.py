@@ -55,8 +55,8 @@ def test_the_file_is_known_and_read():
     assert np.median(column(table, "Load").values) == pytest.approx(59.841, abs=0.01)
     assert table.facts == {"instrument": "Phoenix Tribology (Compend)", "started": "2019-04-09T20:09:56"}
     assert table.notes == (
-        "column 18 is called 'Friction Force (2)', since another is 'Friction Force' already",
-        "Displacement is taken in µm, as the program writes it; no identity bears that out",
+        "column 18 is called 'Friction Force (2)', since another column is already called 'Friction Force'",
+        "Displacement is assumed to be in µm, as written by the program; no identity confirms this",
     )
 
 
@@ -128,7 +128,7 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
     said = str(caught.value)
     assert said.startswith("TEST_2: depth: found a reading that, taken alone, gives a wear of -403.96 ± 0.25 µm; ")
-    assert 'if it counts down, list the step "turn-over" with signals = ["depth"]' in said
+    assert 'if the reading falls with wear, list the step "turn-over" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():
@@ -149,7 +149,7 @@ def test_units_that_an_identity_contradicts_are_left_open():
     assert next(one.unit for one in table.columns if one.name == "Mass") is None
     assert next(one.unit for one in table.columns if one.name == "Load") == "N"
     assert "m·g = F_N does not hold in g, N: the ratio of left to right is 0.001" in table.notes
-    assert "the units of 'Mass' are left open; the header holds none" in table.notes
+    assert "the units of 'Mass' are left open; the header contains none" in table.notes
 
 
 def test_names_that_only_look_like_the_program_s_have_no_unit():
@@ -193,7 +193,7 @@ def test_a_run_of_an_unknown_unit_says_so(tmp_path):
     path.write_bytes(phoenix(TRUTH).replace(b"\tDisplacement\t", b"\tDisplacement [mikron]\t", 1))
     made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=60 N"]))
     assert any("'Displacement [mikron]' has the unknown unit 'mikron'" in note for note in made.notes)
-    assert not any("is taken in µm" in note for note in made.notes)
+    assert not any("is assumed to be in µm" in note for note in made.notes)
     run = read_run(made.folder)
     assert "depth" not in run.columns
     assert any("'Displacement [mikron]' seems to be depth and is not used" in one for one in run.unused)

@@ -114,7 +114,7 @@ def test_depth_beyond_the_tip_is_refused(depth):
 
 
 def test_more_wear_than_the_tip_holds_is_refused():
-    with pytest.raises(ContactError, match="more than the tip holds"):
+    with pytest.raises(ContactError, match="more than the volume of the tip"):
         sphere(0.2, SI3N4).worn(1e-8)
 
 

@@ -198,7 +198,7 @@ def test_elastic_contact_as_large_as_the_tip_is_refused():
 
 def test_wear_beyond_the_tip_is_refused():
     pin = SphericalPin(normal_load=0.2, radius=RADIUS, modulus=SI3N4)
-    with pytest.raises(ContactError, match="more than the tip holds"):
+    with pytest.raises(ContactError, match="more than the volume of the tip"):
         pin.worn(1.01 * pin.most_volume)
     with pytest.raises(ContactError, match="between 0 and the tip"):
         pin.volume(1.01 * RADIUS)

@@ -137,7 +137,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
         ({"lenght": "30 m"}, r"running_in\.lenght: found a parameter.*did you mean 'length'\?"),
         ({"length": "30 N"}, r"running_in\.length: found the unit 'N', which is no unit of distance"),
         ({"excess": -1.0}, r"running_in\.excess: found -1; expected 0 to 1000; correct it"),
-        ({"length": "30 m"}, r"found no excess; expected them given"),
+        ({"length": "30 m"}, r"found no excess; expected values"),
     ],
 )
 @pytest.mark.usefixtures("installed")
@@ -283,7 +283,7 @@ def test_virtual_run_wears_by_the_true_parameters_of_its_law():
 
 @pytest.mark.usefixtures("installed")
 def test_test_is_not_followed_under_a_law_whose_parameters_nobody_gave(tmp_path):
-    with pytest.raises(FitError, match="found no excess and no length; expected them given"):
+    with pytest.raises(FitError, match="found no excess and no length; expected values"):
         live(record(tmp_path / "run", laws.law_named("running_in")), "running_in")
 
 

@@ -141,7 +141,7 @@ def test_engine_is_named_where_both_wear(manifest):
 
 def test_a_body_without_a_k_d_is_said_to_be_taken_as_unworn(manifest):
     alone = predict_wear(scenario(manifest, pin=None), [500.0]).notes
-    assert any("the pin is taken as unworn" in note for note in alone)
+    assert any("the pin is assumed to be unworn" in note for note in alone)
     assert not any("unworn" in note for note in predict_wear(scenario(manifest), [500.0]).notes)
 
 
@@ -193,7 +193,7 @@ def test_disc_of_zero_wear_is_the_pin_by_volume(manifest):
 
 def test_giwm_knows_no_wear_of_the_disc(manifest):
     recipe = Recipe.model_validate({"wear": {"engine": "giwm"}})
-    with pytest.raises(FitError, match="engine giwm, which knows no wear but that of the pin"):
+    with pytest.raises(FitError, match="engine giwm, which computes only the wear of the pin"):
         given_wear(manifest.described, known(), recipe)
 
 

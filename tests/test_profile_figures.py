@@ -54,7 +54,7 @@ def test_worn_ball():
 
 def test_profile_without_a_track_is_levelled_and_says_so():
     figure = drawn(Profile(X, 0.02 * X + 20e-9 * np.random.default_rng(1).standard_normal(len(X))))
-    assert "no track: found no place that stands out of the noise" in words(figure)
+    assert "no track: found no feature above the noise" in words(figure)
     assert not any("groove" in name for name in legend(figure))
     assert figure.axes[1].get_ylabel() == "above unworn surface / nm"
 

@@ -110,7 +110,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
-            r"contact: ball\.radius: found one, which a ball has no need of",
+            r"contact: ball\.radius: found one, which a ball does not need",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},

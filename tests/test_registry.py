@@ -135,13 +135,13 @@ def test_unknown_format_is_refused(installed):
 def test_unknown_format_names_the_nearest(installed):
     installed()
     with pytest.raises(
-        ReaderError, match=r"plain table: most rows have another number of fields .* expected one of the formats"
+        ReaderError, match=r"plain table: most rows have a different number of fields .* expected one of the formats"
     ):
         registry.detect(SourceFile("a.csv", b"Time,Depth,Ft,Fn,T\n1,2,3\n3,4,5\n5,6,7\n"))
 
 
 def test_a_file_known_to_hold_nothing_is_refused_by_name():
-    with pytest.raises(ReaderError, match=r"found a 'Mapper Spacer Calibration File'; expected what a tribometer rec"):
+    with pytest.raises(ReaderError, match=r"found a 'Mapper Spacer Calibration File'; expected a tribometer rec"):
         registry.detect(SourceFile("a.txt", b"Mapper Spacer Calibration File\r\nFilm\tR\tG\tB\r\n-10\t35\t64\t171\r\n"))
 
 

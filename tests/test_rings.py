@@ -103,13 +103,13 @@ def test_explicit_steps_beyond_the_limit_make_a_checkerboard():
 
 def test_explicit_steps_are_refused_where_there_would_be_too_many(monkeypatch):
     monkeypatch.setattr("tribopipe.physics.local.course._MOST_EXPLICIT_STEPS", 100)
-    with pytest.raises(ContactError, match="expected at most 100; take the implicit scheme"):
+    with pytest.raises(ContactError, match="expected at most 100; use the implicit scheme"):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 500], scheme="explicit")
 
 
 def test_a_checkerboard_is_never_returned(monkeypatch):
     monkeypatch.setattr("tribopipe.physics.local.course._STABLE_SHARE", 1.4)
-    with pytest.raises(ContactError, match=r"alternates by .* take the implicit scheme"):
+    with pytest.raises(ContactError, match=r"alternates by .* use the implicit scheme"):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 0.3], scheme="explicit")
 
 

@@ -17,7 +17,7 @@ from tribopipe.results.run import SourceFile
 
 READER = SerialFramesReader()
 REAL_FILE = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "pinondiskapp-es" / "data" / "celda_sim.csv"
-NO_TIME = "frames carry no time; map time or sliding distance from a file with a row for each frame"
+NO_TIME = "frames contain no time; map time or sliding distance from a file with a row for each frame"
 
 
 def test_is_a_reader_and_claims_its_files_alone():
@@ -70,7 +70,7 @@ def test_broken_frames_are_missing_samples_with_a_count():
     table = read(READER, FRAMES + b"<STX>   0.0\x00<CR><LF>\n" + FRAMES)
     assert np.isnan(table.columns[0].values).tolist() == [False, False, False, True, False, False, False]
     assert table.notes == (
-        "1 of 7 frames are broken and taken as missing samples, the first is frame 4: '0.0\\x00<CR><LF>'",
+        "1 of 7 frames are broken and treated as missing samples; the first is frame 4: '0.0\\x00<CR><LF>'",
         NO_TIME,
     )
 

@@ -252,7 +252,7 @@ def test_two_statements_of_the_wear_of_a_disc_are_refused():
 
 
 def test_disc_that_wears_needs_the_length_of_its_track():
-    with pytest.raises(ValidationError, match=r"disc_wear_coefficient: found one, and neither track_radius nor stroke"):
+    with pytest.raises(ValidationError, match=r"disc_wear_coefficient: found one, but neither track_radius nor stroke"):
         on_flat(track_radius=None)
 
 

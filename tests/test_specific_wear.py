@@ -93,9 +93,9 @@ def test_distance_around_a_track_is_as_uncertain_as_its_radius(origin, stated, s
 @pytest.mark.parametrize(
     ("end", "conditions", "note"),
     [
-        ({}, {}, "nothing was measured on the pin"),
+        ({}, {}, "no wear measurement of the pin"),
         ({"pin_wear_depth": "5 um", "disc_wear_depth": "1 um"}, {}, "track_radius, or stroke, is missing"),
-        ({"pin_wear_depth": "5 um"}, {}, "nothing was measured on the disc"),
+        ({"pin_wear_depth": "5 um"}, {}, "no wear measurement of the disc"),
     ],
 )
 def test_what_is_lacking_is_said(end, conditions, note):

@@ -100,7 +100,10 @@ def test_all_rows_are_read_where_no_step_is_chosen(lab):
             r"line 4, column 'XYZ.X Position \(mm\)': found '6.018'; expected the num",
         ),
         ("steps = [4, 4]", "steps: found step 4 twice"),
-        ('sheet = "A"', "log.csv: found the sheet 'A' named for a file of the format rtec-mft, which has no sheets"),
+        (
+            'sheet = "A"',
+            "log.csv: found the sheet 'A' specified for a file of the format rtec-mft, which has no sheets",
+        ),
     ],
 )
 def test_choices_that_cannot_be_are_refused(lab, signals, told):
@@ -133,7 +136,7 @@ def test_a_step_number_that_changes_where_time_goes_on_is_refused_with_its_line(
 
 def test_time_that_begins_again_within_a_step_is_refused_with_its_line(lab):
     content = rtec_ladder().replace(b"\n10,", b"\n7,")
-    told = r"line 3604: found 0.1 s after 180 s within step 7; expected time to grow within a step"
+    told = r"line 3604: found 0.1 s after 180 s within step 7; expected time to increase within a step"
     with pytest.raises(ReaderError, match=told):
         make_runs(Wanted([put(lab, "log.csv", content)], lab, split="Step"))
     assert [path.name for path in lab.iterdir()] == ["log.csv"]
@@ -279,7 +282,8 @@ def test_answers_are_asked_for_once_and_taken_for_all(lab):
 def test_steps_left_together_are_said_to_be_so(lab):
     (made,) = make_runs(Wanted([put(lab, "ladder.csv", rtec_ladder())], lab, settings=[LOAD]))
     told = (
-        "ladder.csv: column 'Step' numbers the steps 4, 7, 10 and 13, which are taken as one test; steps of their own "
+        "ladder.csv: column 'Step' numbers the steps 4, 7, 10 and 13, which are treated as one test; if load, speed or "
+        "track differ "
     )
     assert any(note.startswith(told) for note in made.notes)
 

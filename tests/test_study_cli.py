@@ -687,7 +687,7 @@ def test_load_beyond_what_the_contact_bears_is_flagged_as_extrapolation(run_cli,
     worn, yields = (note for note in predicted.notes if note.startswith("extrapolation: "))
     assert "contact radius" in worn
     assert "half the tip radius" in worn
-    assert "Hertz's pressure of 6.8" in yields
+    assert "the Hertzian pressure of 6.8" in yields
     assert "exceeds the hardness of the softer body, 5.884 GPa" in yields
     for note in (worn, yields):
         assert f"{CRUSHED}: note: {note}\n" in result.stderr

@@ -389,7 +389,7 @@ WRONG = {
     "twice": (CHOICES.replace("[0.02, 0.05]", "[0.02, 0.02]"), "found 0.02 twice"),
     "no kind": (CHOICES.replace("[choices]", ""), "found none of choices"),
     "two kinds": (CHOICES + "[predictions]\nrun = 'x'\n", "found choices and predictions"),
-    "nothing drawn": ("repeats = 3\n" + CHOICES, "where nothing is drawn"),
+    "nothing drawn": ("repeats = 3\n" + CHOICES, "although no value is drawn"),
     "no repeats": (TESTS.replace("repeats = 2", ""), "repeats: missing"),
     "a seed": (TESTS + "seed = [1, 2]\n", "expected none, since each repeat has its own"),
     "no plan": (TESTS.replace("plan.toml", "plans.toml"), "no such file"),

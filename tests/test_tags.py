@@ -58,7 +58,7 @@ def test_tags_that_could_not_be_asked_for_are_refused(text):
 
 
 def test_empty_notes_are_refused():
-    with pytest.raises(ValidationError, match="expected a word"):
+    with pytest.raises(ValidationError, match="expected at least one word"):
         annotation("note", " \n")
 
 
@@ -138,7 +138,7 @@ def test_tag_given_twice_changes_nothing(tribopipe, two):
         (["tag", RUN, "--add", "run in"], ["the tag", "'run in'", "without a space"]),
         (["tag", RUN, "--remove", "x"], ["no tag 'x' to remove"]),
         (["note", RUN, "si3n4-air-oter", "text"], ["no run 'si3n4-air-oter'"]),
-        (["note", RUN, " "], ["the note", "expected a word"]),
+        (["note", RUN, " "], ["the note", "expected at least one word"]),
     ],
 )
 def test_what_is_refused_changes_nothing(tribopipe, two, arguments, words):

@@ -78,7 +78,7 @@ def test_different_groups_are_refused_by_name():
 def test_a_group_of_settings_is_left_out_with_a_note():
     table = read(tdms({"Settings": {"Load": (np.array([5.0]), {})}, "Test": {"Fz": FORCE}}))
     assert [column.name for column in table.columns] == ["Time", "Fz"]
-    assert table.notes == ("group 'Settings' holds no record of a test and is left out",)
+    assert table.notes == ("group 'Settings' contains no record of a test and is omitted",)
 
 
 def test_a_channel_of_time_stamps_is_the_time():
@@ -87,7 +87,9 @@ def test_a_channel_of_time_stamps_is_the_time():
     clock = table.columns[0]
     assert (clock.name, clock.unit, clock.signal, clock.values.tolist()) == ("Clock", "s", "time", [0, 1.5, 2.25])
     assert [column.name for column in table.columns] == ["Clock", "Fz"]
-    assert table.notes == ("channel 'Clock' holds dates; given are seconds since 2022-05-12T12:21:58 UTC",)
+    assert table.notes == (
+        "channel 'Clock' contains dates; they are converted to seconds since 2022-05-12T12:21:58 UTC",
+    )
 
 
 def test_a_channel_called_time_wins_over_the_waveform():
@@ -168,7 +170,7 @@ def test_broken_chain_and_boasting_channels_are_refused():
         read(SMALL + bytes(40))
     boast = SMALL.replace(struct.pack("<IQ", 1, 5), struct.pack("<IQ", 1, 5 << 40), 1)
     assert boast != SMALL
-    with pytest.raises(ReaderError, match="channels of 48 bytes in all where segments hold 50"):
+    with pytest.raises(ReaderError, match="channels of 48 bytes in total, but segments hold 50"):
         read(boast)
 
 
@@ -176,7 +178,7 @@ def test_channels_that_are_no_numbers_are_left_out():
     wave = (np.array([1 + 2j, 3 + 4j]), {})
     table = read(tdms({"Test": {"Impedance": wave, "Fz": (np.array([1.0, 2.0]), {})}}))
     assert [column.name for column in table.columns] == ["Fz"]
-    assert table.notes == ("channel 'Impedance' holds neither numbers nor texts and is left out",)
+    assert table.notes == ("channel 'Impedance' contains neither numbers nor texts and is omitted",)
     with pytest.raises(ReaderError, match="found no samples in any channel"):
         read(tdms({"Test": {"Impedance": wave}}))
 

@@ -253,8 +253,26 @@ def test_nothing_is_shown_without_a_sign():
     assert show(-0.2, 1.7, "m") == "-0.2 ± 1.7 m"
 
 
-@pytest.mark.parametrize(
-    "text", ["60 rpm", "60 1/min", "60 min^-1", "1 Hz", "1 1/s", "6.283185307179586 rad/s", "360 deg/s"]
-)
+ONCE_A_SECOND = [
+    *("60 rpm", "60 1/min", "60 min^-1", "1 Hz", "1 1/s", "6.283185307179586 rad/s", "360 deg/s"),
+    *("1 rps", "60 rev/min", "60 U/min", "60 cycles/min", "1 cycle/s", "1 turn/s"),
+]
+
+
+@pytest.mark.parametrize("text", ONCE_A_SECOND)
 def test_rotational_speeds_without_an_angle_are_revolutions(text):
     assert parse(text, "rotational speed") == pytest.approx(2 * math.pi)
+
+
+@pytest.mark.parametrize("text", ONCE_A_SECOND)
+def test_a_revolution_is_a_cycle_of_a_frequency(text):
+    assert parse(text, "frequency") == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("text", ["0.2 Nm", "200 mNm", "200 Nmm", "20 Ncm", "0.2 N m", "200 N·mm", "0.2 N*m"])
+def test_torques_are_read_as_labs_write_them(text):
+    assert parse(text, "torque") == pytest.approx(0.2)
+
+
+def test_a_nanometer_is_no_torque():
+    assert parse("120 nm", "length") == 1.2e-7

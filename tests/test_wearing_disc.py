@@ -69,7 +69,7 @@ def test_depth_that_a_rigid_sphere_cannot_have_is_refused(depth):
 
 
 def test_volume_that_a_rigid_sphere_does_not_hold_is_refused():
-    with pytest.raises(ContactError, match="more than the tip holds"):
+    with pytest.raises(ContactError, match="more than the volume of the tip"):
         RigidSphere(RADIUS).worn(2e-9)
 
 

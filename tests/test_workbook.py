@@ -63,7 +63,7 @@ def test_several_tests_are_refused_until_one_is_named(names):
 def test_sheet_of_words_alone_is_no_table():
     words = [["Measuring Tool", "SurfTest"], ["Filter", "GAUSS"], ["Standard", "ISO 1997"], ["Length", "2.5mm"]]
     words += [[f"Ra {number}", number] for number in (1, 2)] + [["Rz", "um"]]
-    with pytest.raises(ReaderError, match=r"sheet 'Sheet1': found no column of numbers alone; expected"):
+    with pytest.raises(ReaderError, match=r"sheet 'Sheet1': found no column that contains only numbers; expected"):
         read(xlsx({"Sheet1": words}))
     assert columns(read(xlsx({"Sheet1": words, "Data": ROWS})))["Ft"] == [1.5, -2.5e-7, 12345678.9]
 
@@ -74,8 +74,8 @@ def test_settings_and_hidden_sheets_are_left_out_with_notes():
     table = read(xlsx({"Settings": settings, "Data": ROWS, "Old": other}, hidden=["Old"]))
     assert list(columns(table)) == ["Time [s]", "Ft"]
     assert table.notes == (
-        "sheet 'Settings' holds no record of a test and is left out",
-        "sheet 'Old' is hidden and is left out",
+        "sheet 'Settings' contains no record of a test and is omitted",
+        "sheet 'Old' is hidden and omitted",
     )
 
 
@@ -124,7 +124,7 @@ def test_durations_and_times_of_day_are_seconds():
     assert [(column.name, column.unit) for column in table.columns[:2]] == [("Time", "s"), ("Clock", "s")]
     assert columns(table)["Time"] == pytest.approx([0, 1.5, 3])
     assert columns(table)["Clock"] == pytest.approx([0, 1.5, 3])
-    assert table.notes[0] == "column 'Time' holds durations or times of day; given are seconds"
+    assert table.notes[0] == "column 'Time' holds durations or times of day; they are converted to seconds"
 
 
 def test_dates_with_times_are_seconds_since_the_first():
@@ -133,7 +133,7 @@ def test_dates_with_times_are_seconds_since_the_first():
     when = table.columns[0]
     assert (when.unit, when.signal) == ("s", "time")
     assert when.values == pytest.approx([0, 0.5, 1], abs=2e-3)
-    assert table.notes == ("column 'When' holds dates since 2023-03-15T12:00:00; given are seconds",)
+    assert table.notes == ("column 'When' holds dates since 2023-03-15T12:00:00; they are converted to seconds",)
 
 
 def test_a_date_that_does_not_run_is_text():
@@ -181,7 +181,7 @@ def test_a_zip_bomb_is_refused_unpacked():
         declared = max(member.file_size for member in archive.infolist())
     entry = content.rindex(declared.to_bytes(4, "little"))
     content[entry : entry + 4] = (3 << 30).to_bytes(4, "little")
-    with pytest.raises(ReaderError, match=r"found 3\d{3} MB in the sheets unpacked"):
+    with pytest.raises(ReaderError, match=r"found 3\d{3} MB in the unpacked sheets"):
         read(bytes(content))
 
 

@@ -78,7 +78,7 @@ class PinOnDrum(SlidingPin):
     def limits(self) -> tuple[str, ...]:
         """Which contact is assumed, and a warning where the drum is too small for it."""
         taken = (
-            f"the pin on the drum is taken as one of {self.equivalent_pin.radius.shown('mm')} on a flat disc, with a "
+            f"the pin on the drum is treated as one of {self.equivalent_pin.radius.shown('mm')} on a flat disc, with a "
             "round contact and one track around the drum"
         )
         if self.ratio <= LARGEST_RATIO:
@@ -100,7 +100,7 @@ class PinOnDrum(SlidingPin):
         if "track_radius" in conditions:
             raise ValueError(
                 "conditions.track_radius: found one with contact.drum.radius, which is that of the track; expected "
-                "it stated once; remove track_radius"
+                "only one of the two; remove track_radius"
             )
         return named | {"conditions": {**conditions, "track_radius": drum["radius"]}}
 

@@ -80,14 +80,17 @@ _LAB_SPELLINGS = {
 }
 """As labs write units, in small letters; most are none, or another one, by the rules: "Min" would be millions of
 inches, "Deg C" degrees times coulomb, "U/min" atomic mass units."""
+_TORQUES = {"Nm": "N*m", "mNm": "mN*m", "kNm": "kN*m", "Nmm": "N*mm", "Ncm": "N*cm", "N m": "N*m", "N mm": "N*mm"}
+"""Torques as labs write them; capitals count, or "Nm" would be a nanometer."""
 _SUPERSCRIPTS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 _FROM_SUPERSCRIPT = str.maketrans(_SUPERSCRIPTS, "-0123456789")
 _TO_SUPERSCRIPT = str.maketrans("-0123456789", _SUPERSCRIPTS)
 _POWER = r"(?:\^|\*\*)\s*(?:[+-]?\d{1,2}(?:\.\d)?|\([+-]?\d{1,2}(?:/\d{1,2})?\))(?![\d.])"
 _UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s])+")
 """Names, small powers and the signs between them: pint would go on to compute 9^9^9, and skip what it does not know."""
-_ANGLE = re.compile("rad|deg|°|rpm|rev|turn")
-"""In units of angle per time; any other rotational speed, such as 1/min or Hz, is given in revolutions."""
+_ANGLE = re.compile("rad|deg|°|rpm|rps|rev|turn|cycle")
+"""In units of angle per time. Any other rotational speed, such as 1/min or Hz, is given in revolutions; of a frequency
+with such a unit, a revolution is one cycle."""
 _EXACT = Context(prec=40, traps=[])
 """Decimal arithmetic in which a number too large becomes infinite rather than an exception."""
 
@@ -109,7 +112,8 @@ class _Unit(NamedTuple):
 
 def _as_by_the_rules(text: str) -> str:
     """Return a unit that labs write in their own way as the rules have it."""
-    return _LAB_SPELLINGS.get(" ".join(text.split()).casefold(), text)
+    plain = " ".join(text.split())
+    return _TORQUES.get(plain) or _LAB_SPELLINGS.get(plain.casefold(), text)
 
 
 def _cleaned(text: str) -> str:
@@ -167,8 +171,10 @@ def _checked_unit(text: str, kind: str) -> _Unit:
     if unit.dimension != _unit(wanted.si).dimension:
         found = f"the unit {text!r}" if text.strip() else "no unit"
         raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
-    turns = kind == "rotational speed" and not _ANGLE.search(_as_by_the_rules(text))
-    return unit._replace(slope=unit.slope * Decimal(math.tau)) if turns else unit
+    in_angles = bool(_ANGLE.search(_as_by_the_rules(text)))
+    if kind == "rotational speed" and not in_angles:
+        return unit._replace(slope=unit.slope * Decimal(math.tau))
+    return unit._replace(slope=unit.slope / Decimal(math.tau)) if kind == "frequency" and in_angles else unit
 
 
 def parse(text: str, kind: str) -> float:

@@ -138,8 +138,8 @@ class PinAndTrackWear:
     def local_amount(self, _: Values, __: Column, /) -> Column:
         """Refuse: local wear is computed of one body only."""
         raise ContactError(
-            "local wear: found wear coefficients of pin and counterbody; expected that of the pin alone; leave the "
-            "other one out"
+            "local wear: found wear coefficients of pin and counterbody; expected that of the pin alone; omit the "
+            "other one"
         )
 
     def usual_steps(self, _: float, /) -> int:
@@ -156,7 +156,7 @@ class PinAndTrackWear:
     def notes(self, _: Values, last: State | None, /) -> tuple[str, ...]:
         """Return what the contact assumes, and where a coating is worn through, or the track too short for it."""
         yielded = () if last is None else (*self._through(last), *self._short(last))
-        return *self.contact.limits, "wear of both bodies by volume: k_D·F_N·s is what each of them loses", *yielded
+        return *self.contact.limits, "wear of both bodies by volume: each of them loses k_D·F_N·s", *yielded
 
     def _through(self, last: State) -> Iterator[str]:
         for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
@@ -164,7 +164,7 @@ class PinAndTrackWear:
             if film is not None and worn > film.value:
                 yield (
                     f"warning: the {name} is worn {show(worn, None, 'm', 'um')} deep, through its coating of "
-                    f"{film.shown('um')}; expected wear within the coating, of which k_D is"
+                    f"{film.shown('um')}; expected wear within the coating, for which k_D holds"
                 )
 
     def _short(self, last: State) -> Iterator[str]:
@@ -173,7 +173,7 @@ class PinAndTrackWear:
         yield (
             f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the track "
             f"{self.path.shown('mm')}, so that parts of it never leave the contact; expected a track longer than the "
-            "contact; take the volumes, which hold, and no depth"
+            "contact; use the volumes, which remain valid, and not the depths"
         )
 
 
@@ -189,8 +189,10 @@ def _refuse_beyond(tip: OnTrack, worn: WornContact, pin_volume: Column) -> None:
 
 
 def _too_deep(worn: WornContact, tip: OnTrack) -> ContactError:
+    # Beyond the tip there is no such shape, and no depth of it.
+    depth = np.max(np.where(np.isfinite(worn.approach), worn.approach, tip.most))
     return ContactError(
-        f"contact: found a pin and a groove that are together {show(np.max(worn.approach), None, 'm', 'um')} deep or "
-        f"more; expected less than the height of the tip, {show(np.min(tip.most), None, 'm', 'um')}; check wear "
+        f"contact: found scar and groove with a combined depth of {show(depth, None, 'm', 'um')} or more; expected "
+        f"less than the height of the tip, {show(np.min(tip.most), None, 'm', 'um')}; check wear "
         "coefficients, load and distance"
     )

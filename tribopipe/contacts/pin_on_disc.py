@@ -158,6 +158,6 @@ def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinCon
     if contact.pin.flat_radius is not None:
         raise ContactError(
             f"local wear: found a truncated sphere with a flat of {contact.pin.flat_radius.shown('um')}; expected a "
-            "whole sphere or a flat pin; fit and predict it by the GIWM, --engine giwm"
+            "whole sphere or a flat pin; fit and predict it with the GIWM, --engine giwm"
         )
     return LocalSphere(pin)

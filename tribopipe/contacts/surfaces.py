@@ -69,7 +69,7 @@ def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface
     if contact.pin.shape == "flat":
         raise ContactError(
             "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
-            "one; take --engine rings"
+            "one; use --engine rings"
         )
     radius = _pin_edges(contact, values, amount)
     return pin_body(
@@ -151,7 +151,7 @@ def _fit(engine: Engine, engines: _Engines) -> Callable[..., Surface]:
     """Return the builder of an engine. Raises ``ContactError`` where there is none."""
     if engine not in engines.builders:
         raise ContactError(
-            f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; name "
-            "one of them, or none for the usual one"
+            f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; "
+            "specify one of them, or none for the default"
         )
     return engines.builders[engine]

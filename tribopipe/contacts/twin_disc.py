@@ -220,19 +220,21 @@ class TwinDiscWear:
         if hardness and start.peak_pressure.value > min(hardness) * HARDNESS_UNIT:
             softer = Quantity(value=min(hardness) * HARDNESS_UNIT, unit="Pa")
             yield (
-                f"extrapolation: Hertz's pressure of {start.peak_pressure.shown('GPa')} at the start exceeds the "
+                f"extrapolation: the Hertzian pressure of {start.peak_pressure.shown('GPa')} at the start exceeds the "
                 f"hardness of the softer disc, {softer.shown('GPa')}: the material yields before it wears"
             )
         if half_width > _FLAT_CROWN * crown.value:
             yield (
                 f"extrapolation: the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of "
-                f"{crown.shown('mm')}: the model takes worn surfaces as flat, and was never tested that far"
+                f"{crown.shown('mm')}: the model assumes worn surfaces to be flat, and has not been tested in this "
+                "range"
             )
         widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
         if widths and width > min(widths):
             yield (
                 f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
-                f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model ends"
+                f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model no "
+                "longer applies"
             )
         if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
             yield f"wear changes the slip from {slipping:.2%} to {slip_of_worn:.2%} at constant rotation rates"

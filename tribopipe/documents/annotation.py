@@ -26,7 +26,7 @@ class Annotation(Record):
     @model_validator(mode="after")
     def _says_something(self) -> Self:
         if self.kind == "note" and not self.text.strip():
-            raise ValueError(f"found the note {self.text!r}; expected a word at least; write it")
+            raise ValueError(f"found the note {self.text!r}; expected at least one word; write it")
         if self.kind != "note" and not (_TAG.fullmatch(self.text) and self.text.isprintable()):
             raise ValueError(
                 f"found the tag {self.text!r}; expected up to 60 letters, digits and signs without a space or a comma, "

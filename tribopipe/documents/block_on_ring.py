@@ -12,12 +12,16 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
+from pydantic import model_validator
+
 from tribopipe.documents.contact import SlidingPin, Specimen, Tip
 from tribopipe.documents.quantity import Length, Quantity
 
 _SCAR = ("block_scar_width", "pin_scar_length")
 """What the standard calls the width of the scar is its length along the sliding direction."""
 
+_SAME = 1e-3
+"""Relative difference up to which a radius is half of a diameter."""
 _NO_WIDTHS = ("pin_scar_diameter", "pin_scar_width")
 """What is measured on scars that are round, or wider where the counterbody has worn."""
 
@@ -90,7 +94,17 @@ class BlockOnRing(SlidingPin):
     @property
     def limits(self) -> tuple[str, ...]:
         """State what is taken of the contact."""
-        return ("the block wears evenly over its width, and by the volume that the ring leaves in it",)
+        return ("the block wears uniformly over its width, to a scar with the shape of the ring",)
+
+    @model_validator(mode="after")
+    def _radius_is_half_the_diameter(self) -> Self:
+        radius, diameter = self.ring.radius, self.ring.diameter
+        if diameter is not None and not math.isclose(2 * radius.value, diameter.value, rel_tol=_SAME):
+            raise ValueError(
+                f"ring.radius: found {radius.shown('mm')} for a ring of {diameter.shown('mm')} in diameter; expected "
+                "half the diameter; correct one of them"
+            )
+        return self
 
     def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
         """Return a copy of the contact with other moduli, and the ring as large as the tip."""
@@ -122,7 +136,7 @@ class BlockOnRing(SlidingPin):
         if "track_radius" in conditions:
             raise ValueError(
                 "conditions.track_radius: found one in addition to contact.ring.radius, which is that of the track; "
-                "expected it stated once; remove track_radius"
+                "expected only one of the two; remove track_radius"
             )
         return named | {"conditions": {**conditions, "track_radius": ring["radius"]}}
 
@@ -131,6 +145,15 @@ class BlockOnRing(SlidingPin):
         """Take that radius out again."""
         conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
         return super().stated(document) | {"conditions": conditions}
+
+    @classmethod
+    def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
+        if "block_scar_length" in ends:
+            raise ValueError(
+                f"{where}.block_scar_length: found one; expected block_scar_width, the width of the scar along the "
+                "sliding direction; rename it if this is what was measured"
+            )
+        return super()._in_roles(where, ends)
 
     @classmethod
     def _role_key(cls, key: str) -> str:
@@ -147,5 +170,10 @@ class BlockOnRing(SlidingPin):
         for written in (_SCAR[1], _SCAR[1].replace("_", " ")):
             text = text.replace(written, _SCAR[0] if "_" in written else _SCAR[0].replace("_", " "))
         # The radius of the gap is the ring's.
-        worded = super().worded(text)
+        worded = (
+            super()
+            .worded(text)
+            .replace("or block_scar_diameter", f"or {_SCAR[0]}")
+            .replace("block's diam", "ring's diam")
+        )
         return worded.replace("radius of the block", "radius of the ring").replace("block radius", "ring radius")

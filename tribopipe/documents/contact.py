@@ -116,12 +116,12 @@ class Pin(Tip):
         if (self.flat_radius is None) == (self.shape == "truncated-sphere"):
             found = "none" if self.flat_radius is None else self.flat_radius.shown("um")
             raise ValueError(
-                f"flat_radius: found {found} on a {self.shape} pin; expected the radius of the flat on a pin of the "
-                "shape truncated-sphere, and on no other; correct shape or flat_radius"
+                f"flat_radius: found {found} on a {self.shape} pin; expected the radius of the flat only on a pin of "
+                "the shape truncated-sphere; correct shape or flat_radius"
             )
         if self.flat_radius is not None and self.flat_radius.value >= self.radius.value:
             raise ValueError(
-                f"flat_radius: found {self.flat_radius.shown('um')}, no less than the radius of the sphere of "
+                f"flat_radius: found {self.flat_radius.shown('um')}, not less than the radius of the sphere of "
                 f"{self.radius.shown('um')}; expected a smaller one; check both units"
             )
         return self
@@ -371,8 +371,8 @@ class SlidingPin(Contact):
         depth, radius = measured.pin_wear_depth, self.pin.radius
         if depth is not None and self.pin.shape != "flat" and depth.value >= radius.value:
             raise ValueError(
-                f"{where}.pin_wear_depth: found {depth.shown('um')}, no less than the pin "
-                f"radius of {radius.shown('um')}; expected a depth within the tip; check both units"
+                f"{where}.pin_wear_depth: found {depth.shown('um')}, not less than the pin radius of "
+                f"{radius.shown('um')}; expected a depth within the tip; check both units"
             )
 
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
@@ -383,7 +383,7 @@ class SlidingPin(Contact):
         diameter = 2 * self.pin.radius.value
         if scar.value >= diameter:
             raise ValueError(
-                f"{key}: found {scar.shown('um')}, no smaller than the pin's diameter of "
+                f"{key}: found {scar.shown('um')}, not smaller than the pin's diameter of "
                 f"{show(diameter, None, 'm', 'um')}; expected a scar on the tip; check both units"
             )
 
@@ -441,9 +441,10 @@ class SlidingPin(Contact):
     @classmethod
     def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
         names = {key: cls._role_key(str(key)) for key in ends}
-        twice = next((key for key, name in names.items() if key != name and name in ends), None)
-        if twice is not None:
-            raise ValueError(f"{where}.{twice}: found it twice, once as {names[twice]}; expected it once; remove one")
+        for key, name in names.items():
+            other = next((one for one in names if one != key and names[one] == name), None)
+            if other is not None:
+                raise ValueError(f"{where}.{key}: found it twice, once as {other}; expected it once; remove one")
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod
@@ -475,7 +476,7 @@ def _with_ball_as_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
     for key in ("shape", "radius", "flat_radius"):
         if key in ball:
             raise ValueError(
-                f"ball.{key}: found one, which a ball has no need of; expected its diameter; remove {key}, or "
+                f"ball.{key}: found one, which a ball does not need; expected only its diameter; remove {key}, or "
                 "write [contact.pin]"
             )
     try:

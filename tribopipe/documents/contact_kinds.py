@@ -51,7 +51,7 @@ def _load(entry: EntryPoint) -> type[Contact]:
     ]
     specimens = all(isinstance(body, type) and issubclass(body, Specimen) for body in bodies)
     if len(bodies) != 2 or not specimens or not ("pin" in contact.model_fields or hasattr(contact, "pin")):
-        raise TypeError(f"found the bodies {contact.body_names}; expected two specimens, and what is the pin")
+        raise TypeError(f"found the bodies {contact.body_names}; expected two specimens, one of them the pin")
     return contact
 
 

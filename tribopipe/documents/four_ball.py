@@ -103,8 +103,8 @@ class FourBall(SlidingPin):
     def limits(self) -> tuple[str, ...]:
         """State which load and which ball are taken."""
         return (
-            f"each of the three contacts carries {self.load_share:.3f} of the load applied; wear is that of one ball "
-            f"below, taken as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
+            f"each of the three contacts carries {self.load_share:.3f} of the applied load; wear is that of one lower "
+            f"ball, treated as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
         )
 
     def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
@@ -123,7 +123,7 @@ class FourBall(SlidingPin):
         load, weld = conditions.normal_load, conditions.weld_load
         if weld is not None and load.value >= weld.value:
             raise ValueError(
-                f"conditions.normal_load: found {load.shown('N')}, no less than the weld load of {weld.shown('N')}; "
+                f"conditions.normal_load: found {load.shown('N')}, not less than the weld load of {weld.shown('N')}; "
                 "expected a load under which the balls slide; check both units"
             )
 

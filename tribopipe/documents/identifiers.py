@@ -27,13 +27,13 @@ def orcid(text: str) -> str:
     """
     matched = _ORCID.fullmatch(text.strip())
     if matched is None:
-        raise ValueError(f"found {text!r}; expected an ORCID such as '0000-0002-1825-0097'; orcid.org shows yours")
+        raise ValueError(f"found {text!r}; expected an ORCID such as '0000-0002-1825-0097'; look it up on orcid.org")
     found = "-".join(matched.groups()).upper()
     check = orcid_check_digit(found[:-1].replace("-", ""))
     if found[-1] != check:
         raise ValueError(
-            f"found {text!r}, whose last digit is {found[-1]} where the others demand {check}; expected an ORCID as "
-            "orcid.org shows it; look for a mistyped digit"
+            f"found {text!r}, whose last digit is {found[-1]}, but the other digits require {check}; expected an ORCID "
+            "as orcid.org shows it; look for a mistyped digit"
         )
     return found
 
@@ -42,7 +42,7 @@ def ror(text: str) -> str:
     """Return the link of an institution in the registry ROR. Raises ``ValueError`` where the text is none."""
     matched = _ROR.fullmatch(text.strip())
     if matched is None:
-        raise ValueError(f"found {text!r}; expected a ROR such as 'https://ror.org/04t3en479'; ror.org finds yours")
+        raise ValueError(f"found {text!r}; expected a ROR such as 'https://ror.org/04t3en479'; look it up on ror.org")
     return f"https://ror.org/{matched[1]}"
 
 

@@ -75,9 +75,7 @@ _MOST_ROTATIONS = 1e15
 def _a_count(written: Any) -> Any:
     number = isinstance(written, int | float) and not isinstance(written, bool)
     if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
-        raise ValueError(
-            f"found {written!r}; expected a number of rotations, whole and at least 1, such as 1000000 or 1e6"
-        )
+        raise ValueError(f"found {written!r}; expected a whole number of rotations, at least 1, such as 1000000 or 1e6")
     if written > _MOST_ROTATIONS:
         raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct it")
     return float(written)
@@ -144,8 +142,11 @@ class Conditions(Record):
     @property
     def nominal_speed(self) -> Quantity | None:
         """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; none where unknown."""
-        if self.sliding_speed is not None:
-            return self.sliding_speed
+        return self.speed_of_motion if self.sliding_speed is None else self.sliding_speed
+
+    @property
+    def speed_of_motion(self) -> Quantity | None:
+        """Sliding speed by the stated motion, m/s: ω·R of the track, or 2·stroke·frequency; none where unknown."""
         if self.rotational_speed is not None and self.track_radius is not None:
             return _product(1.0, self.rotational_speed, self.track_radius)
         if self.stroke is not None and self.frequency is not None:
@@ -481,9 +482,8 @@ class RunManifest(Record):
             )
             if foreign is not None:
                 raise ValueError(
-                    f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such thing; expected "
-                    f"one of {', '.join(sorted(_own_keys(part, self.contact)))}; remove it, or correct "
-                    "contact.kind"
+                    f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such key; expected one "
+                    f"of {', '.join(sorted(_own_keys(part, self.contact)))}; remove it, or correct contact.kind"
                 )
         self.contact.refuse_conditions(self.conditions)
         return self
@@ -516,8 +516,8 @@ class RunManifest(Record):
         places = [stop.place for stop in self.interruptions]
         if any(later <= earlier for earlier, later in pairwise(places)):
             raise ValueError(
-                f"interruptions: found {', '.join(map(self.progress.shown, places))}; expected each above the one "
-                f"before; write the {self.progress.words} since the start of the test"
+                f"interruptions: found {', '.join(map(self.progress.shown, places))}; expected increasing values; "
+                f"write the {self.progress.words} since the start of the test"
             )
         return self
 
@@ -669,9 +669,8 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
     """
     if leads_out(path, path.parent):
         raise ManifestError(
-            f"{path}: found a link out of the run folder; expected run.toml itself, since a run contains all its "
-            "files; "
-            "copy it in the place of the link"
+            f"{path}: found a link that leads out of the run folder; expected run.toml itself, since a run contains "
+            "all its files; replace the link with a copy of the file"
         )
     content = read_bytes(path)
     return read_document(parse_toml(path, content), RunManifest, where=str(path)), content

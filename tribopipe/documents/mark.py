@@ -13,7 +13,7 @@ def _worded(meaning: str) -> AfterValidator:
     def strip(text: str) -> str:
         stripped = text.strip()
         if not stripped:
-            raise ValueError(f"found {text!r}; expected {meaning}, in a word at least; write it")
+            raise ValueError(f"found {text!r}; expected {meaning}, in at least one word; write it")
         return stripped
 
     return AfterValidator(strip)

@@ -161,7 +161,7 @@ class Series(Record):
                 raise ValueError(first_problem(error, RunManifest)) from error
             if run.disc_wear_coefficient is not None and path is None:
                 raise ValueError(
-                    f"runs[{number}].disc_wear_coefficient: found one, and neither track_radius nor stroke in the "
+                    f"runs[{number}].disc_wear_coefficient: found one, but neither track_radius nor stroke in the "
                     f"series; expected one of them, over which the {self.contact.counterbody_name()} wears; add "
                     'track_radius = "5 mm" or the like to the series'
                 )
@@ -316,7 +316,7 @@ class TwinDiscSeries(Record):
         """Return F_N of a run: its own, or that of the series."""
         load = run.normal_load or self.normal_load
         if load is None:
-            raise ContactError(f"{run.id}: found no normal_load in the run, nor in its series; expected one; add it")
+            raise ContactError(f"{run.id}: found no normal_load in the run or its series; expected one; add it")
         return load
 
     def manifest(self, run: TwinDiscVirtualRun, ends: Mapping[str, Quantity] = _NOTHING) -> RunManifest:
@@ -369,7 +369,7 @@ class Plan(Record):
             raise ValueError("series: missing; expected at least one series; add [[series]] or [[twin_disc_series]]")
         twice = [run_id for run_id, count in Counter(runs).items() if count > 1]
         if twice:
-            raise ValueError(f"found the run {twice[0]!r} twice; expected an id of its own for each; rename one")
+            raise ValueError(f"found the run {twice[0]!r} twice; expected a unique id for each; rename one")
         return self
 
 

@@ -42,7 +42,7 @@ class SignalLimits(Record):
     def _something_lies_between(self) -> Self:
         low, high = self.lowest, self.highest
         if low is not None and high is not None and not low.value < high.value:
-            raise ValueError(f"lowest: found {low}, not below highest of {high}; expected less; exchange the two")
+            raise ValueError(f"lowest: found {low}, not below highest of {high}; expected a lower value; swap the two")
         return self
 
 
@@ -85,7 +85,7 @@ class TimeWindow(Record):
     @model_validator(mode="after")
     def _start_comes_first(self) -> Self:
         if not self.start.value < self.end.value:
-            raise ValueError(f"start: found {self.start}, not before end at {self.end}; expected it earlier")
+            raise ValueError(f"start: found {self.start}, not before end at {self.end}; expected an earlier start")
         return self
 
 
@@ -148,7 +148,7 @@ class TurnOver(Record):
     @model_validator(mode="after")
     def _something_is_turned(self) -> Self:
         if not self.signals:
-            raise ValueError('signals: found none; expected at least one, such as "depth"; or leave the step out')
+            raise ValueError('signals: found none; expected at least one, such as "depth"; or omit the step')
         return self
 
 

@@ -106,8 +106,8 @@ def _computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> An
 
 def _bare(unit: str) -> str:
     return (
-        f"found a quantity in {unit} to be taken as a bare number; expected one in SI, as functions take it; ask for "
-        f".value to have it in {unit}"
+        f"found a quantity in {unit} used as a bare number; expected a quantity in SI, as functions require; use "
+        f".value for the number in {unit}"
     )
 
 

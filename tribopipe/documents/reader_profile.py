@@ -21,7 +21,8 @@ _BODY_FACT = re.compile(r"contact\.(?:pin|disc|curved_disc|flat_disc)\.[a-z_]+")
 def _a_short_name(written: str) -> str:
     if not _NAME.fullmatch(written):
         raise ValueError(
-            f"found {written!r}; expected up to 60 small letters and digits, with single - between, such as 'our-rig'"
+            f"found {written!r}; expected up to 60 lowercase letters and digits, with single - between them, such as "
+            "'our-rig'"
         )
     return written
 
@@ -33,15 +34,15 @@ def _a_pattern(written: str) -> str:
             re.compile(written)
     except (re.error, OverflowError, RecursionError, Warning) as error:
         raise ValueError(
-            f"found {written!r}, which is no regular expression ({error}); expected one such as '^Time'; put a "
-            "backslash before signs such as [ and ( that stand for themselves"
+            f"found {written!r}, which is not a regular expression ({error}); expected one such as '^Time'; put a "
+            "backslash before literal characters such as [ and ("
         ) from None
     return written
 
 
 def _a_unit(written: str) -> str:
     if not is_unit(written):
-        raise ValueError(f"found {written!r}, which is no unit; expected one such as 'N', 'um' or 'V'; correct it")
+        raise ValueError(f"found {written!r}, which is not a unit; expected one such as 'N', 'um' or 'V'; correct it")
     return written
 
 
@@ -98,7 +99,9 @@ class Calibration(Record):
         twice = next((one for one, other in pairwise(readings) if one == other), None)
         if len(readings) == 1 or twice is not None:
             found = "one pair" if twice is None else f"the reading {twice:g} twice"
-            raise ValueError(f"points: found {found}; expected at least two pairs, each of another reading; correct it")
+            raise ValueError(
+                f"points: found {found}; expected at least two pairs, each with a different reading; correct it"
+            )
         if self.range is not None and not self.range[0] < self.range[1]:
             raise ValueError(f"range: found {list(self.range)}; expected the lowest reading and then the highest one")
         return self
@@ -180,11 +183,11 @@ class ReaderProfile(Record):
             raise ValueError("header_lines: found it with starts_at; expected one of the two; remove the other")
         if self.tells_place and self.separator is None:
             raise ValueError(
-                'separator: missing; expected one when the place of the table is given, such as ";"; add it'
+                'separator: missing; expected one if the position of the table is given, such as ";"; add it'
             )
         if self.units_row is not None and (self.names or not self.tells_place):
             raise ValueError(
-                "units_row: found it without the place of the row of names; expected it only with starts_at or "
+                "units_row: found it without the position of the row of names; expected it only with starts_at or "
                 "header_lines; give units under columns instead"
             )
         return self

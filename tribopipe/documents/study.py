@@ -59,7 +59,7 @@ class Study(Record):
         both = sorted(set(self.fit) & set(self.predict))
         if both:
             raise ValueError(
-                f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D themselves, "
-                "or the prediction would be of what it was made from; remove it from one of the two"
+                f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D, since "
+                "otherwise the prediction would not be independent; remove it from one of the two"
             )
         return self

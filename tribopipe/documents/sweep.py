@@ -177,12 +177,12 @@ class Sweep(Record):
     def _repeats_what_is_drawn(self) -> Self:
         if self.draws and self.repeats is None:
             raise ValueError(
-                "repeats: missing; expected how often each combination is done, since there are draws; add this key, "
-                "such as repeats = 100"
+                "repeats: missing; expected the number of repeats of each combination, since values are drawn; add "
+                "this key, such as repeats = 100"
             )
         if not self.draws and self.repeats is not None:
             raise ValueError(
-                f"repeats: found {self.repeats}, where nothing is drawn and all would be the same; expected none; "
-                "remove it, or draw a value"
+                f"repeats: found {self.repeats}, although no value is drawn and all repeats would be identical; "
+                "expected none; remove it, or draw a value"
             )
         return self

@@ -29,7 +29,7 @@ def read_bytes(path: Path) -> bytes:
             raise ManifestError(
                 f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since documents are written by hand; "
                 "name a "
-                "TOML file, and keep signals in files of their own"
+                "TOML file, and keep signals in separate files"
             )
         return read_file(path)
     except FileNotFoundError:
@@ -52,10 +52,10 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ManifestError(f"{path}: no valid TOML: {error}; correct that line (texts need quotes)") from None
+        raise ManifestError(f"{path}: invalid TOML: {error}; correct that line (strings need quotes)") from None
     except (ValueError, RecursionError):
         raise ManifestError(
-            f"{path}: no valid TOML: nested too deeply, or with a number of thousands of digits; correct that line"
+            f"{path}: invalid TOML: nested too deeply, or with a number of thousands of digits; correct that line"
         ) from None
     _refuse_absurd(path, document)
     return document

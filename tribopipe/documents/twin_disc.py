@@ -127,12 +127,12 @@ class TwinDisc(Contact):
             depth, width = getattr(measured, f"{name}_wear_depth"), getattr(measured, f"{name}_track_width")
             if depth is not None and depth.value >= crown.value:
                 raise ValueError(
-                    f"{where}.{name}_wear_depth: found {depth.shown('um')}, no less than the crown radius of "
+                    f"{where}.{name}_wear_depth: found {depth.shown('um')}, not less than the crown radius of "
                     f"{crown.shown('mm')}; expected wear within the crown; check both units"
                 )
             if width is not None and width.value >= 2 * crown.value:
                 raise ValueError(
-                    f"{where}.{name}_track_width: found {width.shown('mm')}, no less than twice the crown radius of "
+                    f"{where}.{name}_track_width: found {width.shown('mm')}, not less than twice the crown radius of "
                     f"{crown.shown('mm')}; expected a track on the crown; check both units"
                 )
             if width is not None and disc.width is not None and width.value > disc.width.value:

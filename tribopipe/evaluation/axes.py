@@ -67,7 +67,7 @@ def _derive_time(columns: Columns, origins: Origins, manifest: RunManifest) -> N
     speed, origin = _speed(columns, manifest, len(distance))
     if speed is None:
         raise ReaderError(
-            "run.toml: conditions.sliding_speed: missing; expected one, since the files hold no time; add "
+            "run.toml: conditions.sliding_speed: missing; expected a value, since the files contain no time; add "
             'sliding_speed = "400 mm/s", or rotational_speed and track_radius, or stroke and frequency'
         )
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -111,7 +111,7 @@ def _time_per_rotation(manifest: RunManifest, discs: TwinDisc, lacking: str) -> 
     speed = manifest.conditions.curved_disc_speed
     if speed is None:
         raise ReaderError(
-            f"run.toml: conditions.curved_disc_speed: missing; expected one, since the files hold no {lacking}; "
+            f"run.toml: conditions.curved_disc_speed: missing; expected a value, since the files contain no {lacking}; "
             'add curved_disc_speed = "800 mm/s" or the like'
         )
     return 2 * math.pi * discs.curved_disc.rolling_radius.value / speed.value

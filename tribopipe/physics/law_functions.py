@@ -122,8 +122,9 @@ def _parameter(title: str, one: inspect.Parameter) -> tuple[LawParameter, float]
         return said, float(start)
     if not start > 0:
         raise FitError(
-            f"{title}: found {one.name} = {start:g} to start from; expected a number above zero, or the bounds it is "
-            f'sought between; annotate it: {one.name}: LawParameter("…", "ratio", low=…, high=…)'
+            f"{title}: found {one.name} = {start:g} as start value; expected a number above zero, or bounds for the "
+            f"fit; annotate it: {one.name}: "
+            'LawParameter("…", "ratio", low=…, high=…)'
         )
     kind = _kind(title, one)
     return LawParameter(one.name, kind, low=start / _RANGE, high=start * _RANGE), float(start)
@@ -141,7 +142,7 @@ def _kind(title: str, one: inspect.Parameter) -> str:
     if not kinds:
         known = ", ".join(dict.fromkeys(kind.si for kind in KINDS.values()))
         raise FitError(
-            f"{title}: found {said!r} as the unit of {one.name}; expected one of SI: {known}; annotate it so"
+            f"{title}: found {said!r} as the unit of {one.name}; expected an SI unit: {known}; annotate it with one"
         )
     return "distance" if "distance" in kinds else kinds[0]
 
@@ -161,7 +162,7 @@ def _called(
             found = function(s, **{key: value for key, value in beside.items() if key in taken}, **parameters)
     except (TypeError, ValueError) as error:
         raise FitError(
-            f"{title}: cannot be computed of arrays ({error}); expected a function that takes them; use np.exp, "
+            f"{title}: cannot be computed for arrays ({error}); expected a function that accepts them; use np.exp, "
             "np.where and the like"
         ) from error
     return np.asarray(found, dtype=float) + np.zeros(s.shape)
@@ -178,5 +179,5 @@ def _try(title: str, law: WearLaw) -> None:
         if found.shape != shape or not np.all(np.isfinite(found)):
             raise FitError(
                 f"{title}: found {np.array2string(found, threshold=6)} at {s.tolist()} m; expected one finite factor "
-                "at each distance; see to what it returns, at 0 m too"
+                "at each distance; check what it returns, also at 0 m"
             )

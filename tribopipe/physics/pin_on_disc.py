@@ -285,8 +285,8 @@ class SphericalPin:
             total = missing + depths[-1] + elastic
             if total >= radius:
                 raise ContactError(
-                    "published scheme: found a step that wears the pin past its radius; expected small "
-                    "steps; take more of them with --steps, or use the exact scheme"
+                    "published scheme: found a step that wears the pin past its radius; expected small steps; use more "
+                    "of them with --steps, or use the exact scheme"
                 )
             a = (2 * radius * total - total * total) ** 0.5
             elastic = load / (2 * modulus * a)
@@ -334,7 +334,7 @@ class RigidSphere:
 
     def published_depth(self, volume_steps: ArrayLike) -> Column:
         """Refuse: the paper's Euler steps are the GIWM's."""
-        raise no_published_scheme(volume_steps, "volumes by the shape alone")
+        raise no_published_scheme(volume_steps, "volumes from the shape alone")
 
 
 @dataclass(frozen=True)
@@ -378,9 +378,9 @@ class BlockOnCylinder:
 def worn_away(volume: Column, most: Column) -> ContactError:
     """Return the refusal of a volume that a tip does not hold."""
     return ContactError(
-        f"contact: found a worn volume of {show(np.max(volume), None, 'm^3', 'mm^3')}, more than the tip holds "
-        f"({show(np.min(most), None, 'm^3', 'mm^3')}); expected wear within the tip; check "
-        "wear coefficient, load and distance"
+        f"contact: found a worn volume of {show(np.max(volume), None, 'm^3', 'mm^3')}, more than the volume of the tip "
+        f"({show(np.min(most), None, 'm^3', 'mm^3')}); expected wear within the tip; check wear coefficient, load and "
+        "distance"
     )
 
 
@@ -396,5 +396,5 @@ def no_published_scheme(volume_steps: ArrayLike, engine: str) -> ContactError:
     """Return the refusal of the paper's scheme under another engine than the paper's."""
     return ContactError(
         f"published scheme: found {np.size(volume_steps)} steps of {engine}; expected the GIWM, whose flow chart "
-        "(Fig. 2) it follows; take the exact scheme, or a k_D fitted with --engine giwm"
+        "(Fig. 2) it follows; use the exact scheme, or a k_D fitted with --engine giwm"
     )

@@ -56,8 +56,8 @@ def _states(
         total = h_1 + h_2 + u
         if total >= min(crown, curved, flat):
             raise ContactError(
-                "published scheme: found a step that wears the crown or a disc away; expected small steps; take more "
-                "of them with --steps, or use the exact scheme"
+                "published scheme: found a step that wears the crown or a disc away; expected small steps; use more of "
+                "them with --steps, or use the exact scheme"
             )
         a_x = math.sqrt(2 * crown * total - total * total)
         r_1, r_2 = curved - h_1, flat - h_2

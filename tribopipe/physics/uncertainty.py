@@ -87,7 +87,7 @@ def propagate_together(
         whole = np.concatenate(blocks)
         if not len(whole):
             raise FitError(
-                f"Monte Carlo: found no solution in {BLOCK} draws; expected k_D to follow from what is stated; check "
+                f"Monte Carlo: found no solution in {BLOCK} draws; expected the inputs to determine k_D; check "
                 "the standard uncertainties"
             )
         stable = len(blocks) > 1 and _settled(np.asarray(told), _columns(whole), digits)

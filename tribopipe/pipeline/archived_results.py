@@ -37,5 +37,5 @@ def archived_coefficients(archive: Archive, run_id: str, law: LawName) -> list[Q
         return list(known.bodies.values())
     raise FitError(
         f"{run_id}: found no k_D under {law} in the archive; expected one to compute the wear; run `tribopipe fit "
-        f'--law {law} {run_id}`, or give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"'
+        f'--law {law} {run_id}`, or give one with --wear-coefficient "13.5e-9 mm^3/(N*mm)"'
     )

@@ -83,8 +83,8 @@ def require_outside(path: Path, *, beside_run: bool = False) -> None:
         kind = _kind(folder)
         if kind == _ARCHIVE or (kind == _RUN and not beside_run):
             raise OutputError(
-                f"{path}: found a path inside {kind}, {folder}; expected one outside, where only tribopipe writes; "
-                "name another folder"
+                f"{path}: found a path inside {kind}, {folder}; expected one outside it, since only tribopipe writes "
+                "there; choose a different folder"
             )
 
 

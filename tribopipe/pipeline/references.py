@@ -10,7 +10,7 @@ from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.bodies import bodies
-from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_fit import NO_FRICTION, WearFit
 
 _BODIES = (
     *("tribometer", "pin_material", "disc_material", "curved_disc_material", "flat_disc_material"),
@@ -38,9 +38,12 @@ class References:
     def lightest(self, run_id: str, law: LawName) -> str | None:
         """Return the comparable run under the lightest load; among those of two discs, the one with the least slip.
 
-        None where there is none, or the run is itself the one. A run marked bad never is. Raises ``ArchiveError`` where
-        a run is not there, or cannot be read.
+        None where there is none, the run is itself the one, or has no friction for the law. A run marked bad never is.
+        Raises ``ArchiveError`` where a run is not there, or cannot be read.
         """
+        own = self._archive.result(run_id, WEAR_FITS[law], WearFit)
+        if own is not None and NO_FRICTION in own.lacks:
+            return None  # nor could it be predicted under this law
         same, mine = self._bodies_of(run_id), self._listed.get(run_id)
         for run in self._known.get((law, *_alike(mine)), ()) if mine else ():
             if self._bodies_of(run.id) == same and self._is_fitted(run.id, law):

@@ -406,7 +406,10 @@ def study_toml(study: Study) -> str:
     ]
     depth = study.end_of_life
     if depth is None:
-        lines.append('# end_of_life = "50 um"             # wear depth to find the sliding distance or rotations of')
+        lines.append(
+            '# end_of_life = "50 um"             # wear depth for which the sliding distance or rotations are '
+            "calculated"
+        )
     else:
         value = f'"{from_si(depth.value, "m", "um"):.15g} um"'
         spread = depth.standard_uncertainty

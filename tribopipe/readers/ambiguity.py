@@ -11,7 +11,7 @@ from tribopipe.readers.text import LONGEST_LINE, Text, sampled_rows, trimmed
 
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
-    "expected to know whether commas separate columns or are decimal signs; name separator and decimal in run.toml"
+    "expected commas to be clearly column separators or decimal signs; specify separator and decimal in run.toml"
 )
 
 
@@ -37,7 +37,7 @@ def _second_table(table: Table) -> str | None:
         if len(row.cells) == len(following.cells) > 1 and following.line == row.line + 1:
             return (
                 f"line {row.line}: found rows of numbers above the names in line {table.rows[table.top].line}; "
-                "expected one table in a file; split it"
+                "expected one table per file; split it"
             )
     return None
 
@@ -67,8 +67,8 @@ def _two_signs(table: Table) -> str | None:
         return None
     (line, number), (other_line, other) = sorted(first.values())
     return (
-        f"line {other_line}: found {other!r}, while line {line} writes {number!r}; expected one decimal sign; correct "
-        "the lines that differ, or name decimal in run.toml"
+        f"line {other_line}: found {other!r}, while line {line} has {number!r}; expected one decimal sign; correct the "
+        "lines that differ, or specify decimal in run.toml"
     )
 
 
@@ -86,8 +86,8 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers; expected to know whether it is a decimal number or "
-                "thousands; name decimal in run.toml, and leave out signs between thousands"
+                f"line {line}: found {number!r} among integers; expected a sign that is clearly a decimal sign or a "
+                "thousands separator; specify decimal in run.toml, and remove thousands separators"
             )
     return None
 
@@ -106,7 +106,7 @@ def _cut_number(text: Text, table: Table) -> str | None:
     if len(above) < 2 or len(decimals) != 1 or not found or _decimals(found) >= decimals.pop():
         return None
     return (
-        f"last line: found {found!r} with fewer decimals than above and without a line end; expected whole rows; "
+        f"last line: found {found!r} with fewer decimals than above and without a line end; expected complete rows; "
         "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
     )
 

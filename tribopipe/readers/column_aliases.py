@@ -131,7 +131,7 @@ def _strange(column: ReadColumn) -> Meaning | None:
     if is_mostly_numbers(column) or column.first_bad is None:
         return Meaning(own, by) if own else None
     signal, (line, text) = own or _by_synonym(column), column.first_bad
-    lacks = f"it holds words, the first of them {text!r} in line {line}"
+    lacks = f"it contains words, the first of them {text!r} in line {line}"
     return Meaning(signal, by, lacks, synonym=own is None) if signal else None
 
 
@@ -168,7 +168,7 @@ def _add_named(
     fitting = Counter(signal for column, signal in meant if _fits(column.unit, signal))
     for column, signal in meant:
         if _fits(column.unit, signal):
-            lacks = "another column could be it too" if fitting[signal] > 1 else _other_sense(column, signal)
+            lacks = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
             found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is not _by_own_name)
         elif column.unit is None:
             found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is not _by_own_name)
@@ -177,7 +177,7 @@ def _add_named(
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:
     """Return another meaning of a column: "Weg [um]" and "distance [mm]" can be readings of a displacement sensor."""
     distant = signal == "sliding_distance" and column.unit not in ("m", "km")
-    return "it may as well be a displacement" if distant and _by_own_name(column) is None else ""
+    return "it could also be a displacement" if distant and _by_own_name(column) is None else ""
 
 
 def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import is_rotational, is_unit_of
+from tribopipe.base.units import is_rotational, is_unit_of, show
 from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_aliases import Meaning, is_synonym, meanings_of
 from tribopipe.readers.columns import column_in_si, find_column, is_a_weight, unit_of
 from tribopipe.readers.fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
-from tribopipe.results.run import ExtraColumn
+from tribopipe.results.run import AT_A_LEVER, ExtraColumn
 
 
 class Arms(NamedTuple):
@@ -22,12 +22,15 @@ class Arms(NamedTuple):
     """Radius of the circle of the wear track."""
     friction: float | None = None
     """Friction torque over friction force."""
+    shared: bool = False
+    """Whether several contacts share the load, so that a force without its arm has no meaning."""
 
     @classmethod
     def of(cls, manifest: RunManifest) -> "Arms":
         """Return the arms of a run."""
-        radius = manifest.conditions.track_radius
-        return cls(None if radius is None else radius.value, manifest.friction_arm)
+        radius, contact = manifest.conditions.track_radius, manifest.contact
+        shared = contact is not None and contact.load_share != 1
+        return cls(None if radius is None else radius.value, manifest.friction_arm, shared)
 
 
 NO_ARMS = Arms()
@@ -142,20 +145,27 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
         if told is None and is_synonym(column, name)
     ]
     weights = [
-        f"{name} in {unit_of(column, told)} is taken as the weight of that mass"
+        f"{name} in {unit_of(column, told)} is converted to the weight of that mass"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if is_a_weight(column, told, SIGNALS[name].kind)
     ]
     torques = [
-        f"{name} in {unit_of(column, told)} is taken as a torque about the axis"
+        f"{name} in {unit_of(column, told)} is treated as a torque about the axis"
         if told is not None or arms.friction is not None
         else f"column {column.name!r} is a friction torque and is not used: run.toml states no track radius"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if name == "friction_force" and is_unit_of(unit_of(column, told) or "1", "torque")
     ]
-    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights, *torques)]
+    arm = show(arms.friction or 0.0, None, "m", "mm")
+    forces = [
+        f"{name} in {unit_of(column, told)} {AT_A_LEVER} {arm} from the axis"
+        for column in table.columns
+        for name, told in meanings.get(column.name, [])
+        if name == "friction_force" and arms.shared and not is_unit_of(unit_of(column, told) or "1", "torque")
+    ]
+    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights, *torques, *forces)]
 
 
 def spoken(names: Sequence[str]) -> str:

@@ -32,8 +32,8 @@ def with_file(
     path = folder / name
     if leads_out(path, folder):
         raise ReaderError(
-            f"{name}: found a link out of the run folder; expected a {what} in it, since a run contains all its files; "
-            "copy the file in the place of the link"
+            f"{name}: found a link that leads out of the run folder; expected a {what} in it, since a run contains all "
+            "its files; replace the link with a copy of the file"
         )
     try:
         if path.is_dir():
@@ -115,6 +115,6 @@ def _refuse_absurd(values: Column, where: str, meaning: str, before: int) -> Non
     absurd = np.flatnonzero(np.abs(values) > _MOST)
     if len(absurd):
         raise ReaderError(
-            f"{where}: found {values[absurd[0]]:g} in row {before + absurd[0] + 1} of the table; expected a number "
-            f"that an instrument gives for {meaning}; correct that row, or leave the field empty"
+            f"{where}: found {values[absurd[0]]:g} in row {before + absurd[0] + 1} of the table; expected a value that "
+            f"an instrument can record for {meaning}; correct that row, or leave the field empty"
         )

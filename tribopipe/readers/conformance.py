@@ -174,7 +174,7 @@ class _Inquiry:
             return False
         names = [column.name for column in table.columns]
         self.require(all(name and name == name.strip() for name in names), "a column's name is empty or padded", case)
-        self.require(len(set(names)) == len(names), "two columns have one name", case)
+        self.require(len(set(names)) == len(names), "two columns have the same name", case)
         self.require(len({len(column.values) for column in table.columns}) == 1, "columns differ in length", case)
         for column in table.columns:
             for problem in _column_problems(column):
@@ -182,7 +182,7 @@ class _Inquiry:
         for problem in _fact_problems(table.facts):
             self.report(problem, case)
         texts = [table.header, *table.notes]
-        self.require(all(isinstance(text, str) for text in texts), "header and notes are not texts", case)
+        self.require(all(isinstance(text, str) for text in texts), "header and notes are not strings", case)
         return True
 
     # --- files of the format ---
@@ -195,11 +195,11 @@ class _Inquiry:
             self.require(confidence >= low, f"confidence below {low:g} in a file of the format", f"as {name!r}")
         whole = self.read(example.source, example.name)
         if whole is None:
-            self.report("a file of the format is refused", example.name)
+            self.report("a file of the format is rejected", example.name)
             return
         self.content(example, whole)
         again = self.read(example.source, example.name)
-        self.require(again is not None and _same(whole, again), "reading twice gives two results", example.name)
+        self.require(again is not None and _same(whole, again), "reading twice gives different results", example.name)
         self.cut(example, whole)
         self.disguised(example, whole)
         self.permuted(example, whole)
@@ -218,12 +218,16 @@ class _Inquiry:
             self.require(name in columns and columns[name].signal == signal, f"{name!r} is not the {signal}", case)
         for name, values in example.values.items():
             kept = name in columns and _equal(columns[name].values, np.asarray(values, dtype=np.float64))
-            self.require(kept, f"the numbers of {name!r} are others", case)
+            self.require(kept, f"the numbers of {name!r} differ from those in the file", case)
         for key, fact in example.facts.items():
             self.require(whole.facts.get(key) == fact, f"the fact {key} is {whole.facts.get(key)!r}", case)
         is_profile = any(column.axis == "z" for column in whole.columns)
-        self.require(is_profile == (self.reader.holds == "profile"), "only a profile has an axis z, and has one", case)
-        self.require(_verbatim(whole.header, example), "the header is not verbatim part of the file", case)
+        self.require(
+            is_profile == (self.reader.holds == "profile"),
+            "a profile has no axis z, or a file of signals has one",
+            case,
+        )
+        self.require(_verbatim(whole.header, example), "the header is not a verbatim part of the file", case)
 
     def cut(self, example: Example, whole: ReadTable) -> None:
         """Cut the file: what is read must be the beginning of the whole; a last row that differs must be noted."""
@@ -234,7 +238,7 @@ class _Inquiry:
             if table is not None:
                 noted = not set(table.notes) <= set(whole.notes)
                 begins = _begins(table, whole) or (noted and _begins(table, whole, but=1))
-                self.require(begins, "a cut file gives other numbers than the whole one", case)
+                self.require(begins, "a truncated file gives different numbers from the complete one", case)
 
     def disguised(self, example: Example, whole: ReadTable) -> None:
         """Write a text differently: it must be refused, or give the same numbers; missing ones must be noted."""
@@ -245,7 +249,7 @@ class _Inquiry:
             if table is not None:
                 noted = not set(table.notes) <= set(whole.notes)
                 kept = _subset(table, whole, missing=noted)
-                self.require(kept, "a file written differently gives other numbers", case)
+                self.require(kept, "a file written differently gives different numbers", case)
 
     def permuted(self, example: Example, whole: ReadTable) -> None:
         """Change the order of columns: everything must go with its column."""
@@ -254,7 +258,7 @@ class _Inquiry:
         case = f"{example.name} permuted"
         table = self.read(SourceFile(example.name, example.permuted), case)
         if table is None:
-            self.report("a file with permuted columns is refused", case)
+            self.report("a file with permuted columns is rejected", case)
             return
         kept = {column.name: column for column in table.columns}
         same = set(kept) == {column.name for column in whole.columns} and all(
@@ -269,26 +273,28 @@ class _Inquiry:
         for other in others:
             confidence = self.match(other.source, other.name)
             most = LAST_RESORT if self.generic else CLAIMED
-            self.require(confidence < most, f"confidence of {most:g} or more in a file of another format", other.name)
+            self.require(
+                confidence < most, f"confidence of {most:g} or more in a file of a different format", other.name
+            )
             self.read(other.source, other.name)
         for case, content in _hostile(self.long_line):
             confidence = self.match(SourceFile("hostile", content), case)
-            self.require(confidence < CLAIMED, "confidence of 0.5 or more in a file of no format", case)
+            self.require(confidence < CLAIMED, "confidence of 0.5 or more in a file of no known format", case)
             table = self.read(SourceFile("hostile", content), case)
-            self.require(table is None, "a file of no format is read", case)
+            self.require(table is None, "a file of no known format is read", case)
 
 
 def _column_problems(column: ReadColumn) -> Iterator[str]:
     values = column.values
     is_text = values.dtype.kind == "O"
     if not is_text and values.dtype != np.float64:
-        yield f"values are {values.dtype}, neither float64 nor texts"
+        yield f"values are {values.dtype}, neither float64 nor strings"
     if is_text and not all(isinstance(value, str) for value in values):
-        yield "values are objects other than texts"
+        yield "values are objects other than strings"
     if is_text != (column.first_bad is not None):
-        yield "first_bad does not show whether there is a text among the values"
+        yield "first_bad does not show whether there is a string among the values"
     if column.unit is not None and not is_unit(column.unit):
-        yield f"unit {column.unit!r} is none"
+        yield f"unit {column.unit!r} is unknown"
     if column.axis not in (None, *get_args(Axis)):
         yield f"axis {column.axis!r} is unknown"
     if column.signal is not None:
@@ -302,7 +308,7 @@ def _signal_problems(column: ReadColumn) -> Iterator[str]:
         try:
             to_si(np.zeros(1), column.unit, SIGNALS[column.signal].kind)
         except UnitError:
-            yield f"unit {column.unit!r} is none of {column.signal}"
+            yield f"unit {column.unit!r} is not a unit of {column.signal}"
 
 
 def _fact_problems(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -310,7 +316,7 @@ def _fact_problems(facts: Mapping[str, Any]) -> Iterator[str]:
     document: dict[str, Any] = {"schema": MANIFEST_SCHEMA, "id": "run", "signals": [{"file": "run"}], "conditions": {}}
     for key, fact in facts.items():
         if not isinstance(fact, str):
-            yield f"fact {key} is no text"
+            yield f"fact {key} is not a string"
             return
         place = document
         *path, last = key.split(".")

@@ -72,11 +72,11 @@ class DelimitedReader:
             return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
         if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
-            return Match(0.2, f"most rows have another number of fields than the names in line {line}")
+            return Match(0.2, f"most rows have a different number of fields from the names in line {line}")
         if len(table.numeric) < 2 and table.textual:
-            return Match(0.3, f"of {table.width} columns a single one holds numbers")
+            return Match(0.3, f"only one of {table.width} columns contains numbers")
         if _NO_TABLE.match(table.rows[0].cells[0]) or any("=" in row.cells for row in table.rows[table.body :]):
-            return Match(0.3, "it is written as a document, settings or a program are")
+            return Match(0.3, "it looks like a document, settings or a program")
         share = len(table.numeric) / table.width
         return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numbers")
 
@@ -101,7 +101,7 @@ def without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
         line = kept[start:].decode(errors="replace").strip()
         if not start or layout.separator in line or not _WORDS.match(line):
             break
-        left_out.insert(0, f"left out the line {line[:60]!r} below the table")
+        left_out.insert(0, f"omitted the line {line[:60]!r} below the table")
         tail = tail[:start]
     return (replace(text, content=text.content[: before + len(tail)]) if left_out else text), left_out
 
@@ -167,7 +167,7 @@ def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
             names[wanted] += 1
             unique = f"{wanted} ({names[wanted]})"
         if unique != wanted:
-            notes.append(f"column {number} is called {unique!r}, since another is {wanted!r} already")
+            notes.append(f"column {number} is called {unique!r}, since another column is already called {wanted!r}")
         names[unique] = 1
     return list(names), notes
 
@@ -398,7 +398,7 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
         if len(row.cells) > layout.width or any(row.cells[len(layout.names) :]):
             return ReaderError(
                 f"{text.name}, line {line}: found {_fields(row)}, expected {layout.least} as in the "
-                "header; correct that line; where commas are decimal signs, export with another separator"
+                "header; correct that line; if commas are decimal signs, export with a different separator"
             )
     return _unclosed(text, line)
 

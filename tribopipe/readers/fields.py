@@ -82,12 +82,12 @@ def _placeholder_notes(columns: Iterable[ReadColumn]) -> Iterator[str]:
     for column in columns:
         if column.placeholders:
             count, line, text = column.placeholders
-            fields = "field holds a placeholder" if count == 1 else "fields hold placeholders"
-            yield f"column {column.name!r}: {count} {fields}, taken as missing; the first is {text!r} in line {line}"
+            fields = "field contains a placeholder" if count == 1 else "fields contain placeholders"
+            yield f"column {column.name!r}: {count} {fields}, treated as missing; the first is {text!r} in line {line}"
 
 
 def _word_notes(columns: Iterable[ReadColumn]) -> Iterator[str]:
     for column in columns:
         if column.first_bad and is_mostly_numbers(column):
             line, text = column.first_bad
-            yield f"column {column.name!r}: kept as text, since line {line} holds {text!r}, which is no number"
+            yield f"column {column.name!r}: kept as text, since line {line} contains {text!r}, which is not a number"

@@ -40,8 +40,8 @@ def definitions_note(columns: Sequence[ReadColumn], taken: str | None) -> str | 
         return None
     names = [f"{one.column!r} (median {one.median:.3g})" for one in found]
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
-    choice = "none is taken" if taken is None else f"{taken!r} is taken"
+    choice = "none is used" if taken is None else f"{taken!r} is used"
     return (
-        f"{len(found)} definitions of friction, {listed}; {choice}: name the one that you report as "
+        f"{len(found)} definitions of friction, {listed}; {choice}: map the one that you report to "
         "friction_coefficient under [signals.columns]"
     )

@@ -164,9 +164,9 @@ def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Pa
     for name, part in zip(names, parts, strict=True):
         if part.columns.keys() != first.columns.keys():
             raise ReaderError(
-                f"{name}: found the signals {', '.join(part.columns)}, where {names[0]} has "
-                f"{', '.join(first.columns)}; expected the same in files that continue each other; map them "
-                "under [signals.columns] in run.toml, or take out the file that is of another test"
+                f"{name}: found the signals {', '.join(part.columns)}, but {names[0]} has {', '.join(first.columns)}; "
+                "expected the same in files that continue each other; map them under [signals.columns] in run.toml, or "
+                "remove the file that belongs to a different test"
             )
     extras = {
         label: ExtraColumn(np.concatenate([part.extras[label].values for part in parts]), extra.unit)
@@ -176,7 +176,7 @@ def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Pa
     others = dict.fromkeys(label for part in parts for label in part.extras if label not in extras)
     if others:
         labels = ", ".join(map(repr, others))
-        notes.append(f"{spoken(names)}: left out {labels}, which not every file has, or not in the same unit")
+        notes.append(f"{spoken(names)}: omitted {labels}, which not every file contains in the same unit")
     rows = [len(next(iter(part.columns.values()))) for part in parts]
     extras[_free_name("file", extras)] = ExtraColumn(np.repeat(np.arange(1.0, len(parts) + 1), rows), "1")
     return Part({name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}, extras)
@@ -191,8 +191,8 @@ def _add(gathered: _Gathered, part: Part, file: str) -> None:
     found, length = len(next(iter(part.columns.values()))), gathered.length
     if length is not None and found != length:
         raise ReaderError(
-            f"{file}: found {found} rows where the files before have {length}; "
-            "expected one row a sample in every file; merge them on one time base first"
+            f"{file}: found {found} rows, but the files before have {length}; "
+            "expected one row per sample in every file; merge them on one time base first"
         )
     for name, values in part.columns.items():
         if name in gathered.columns:
@@ -207,8 +207,9 @@ def _refuse_difference(name: SignalName, before: Column, values: Column, file: s
     different = np.flatnonzero(~(np.isclose(before, values, rtol=1e-9, atol=0) | (np.isnan(before) & np.isnan(values))))
     if len(different):
         raise ReaderError(
-            f"{file}: found another {name} than in the files before, first at sample {different[0] + 1}; expected each "
-            "signal once, or the same in every file; map it in one file only, or merge the files on one time base first"
+            f"{file}: found a {name} that differs from the files before, first at sample {different[0] + 1}; expected "
+            "each signal once, or the same in every file; map it in one file only, or merge the files on one time base "
+            "first"
         )
 
 

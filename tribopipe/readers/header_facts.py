@@ -152,7 +152,7 @@ def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
     for key, facts in found.items():
         if len({fact.value for fact in facts}) > 1:
             listed = " and ".join(repr(line) for line in dict.fromkeys(fact.line for fact in facts))
-            notes.append(f"the header lines {listed} differ on {key}, and none of them is used")
+            notes.append(f"the header lines {listed} differ for {key}, and none of them is used")
     once = {key: facts[0] for key, facts in found.items() if len({fact.value for fact in facts}) == 1}
     return HeaderFacts(
         {key: fact.value for key, fact in once.items()}, {key: fact.line for key, fact in once.items()}, tuple(notes)
@@ -205,13 +205,13 @@ def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
     kind = _QUANTITIES[key][0]
     found = _NUMBER.fullmatch(label.cells[0]) if label.cells else None
     if found is None:
-        return f"no number stands behind the label of {key}", None
+        return f"no number follows the label of {key}", None
     units = [found["unit"].strip(), *label.cells[1:2], label.unit or ""]
     unit = next((unit.strip("[]() ") for unit in units if unit and is_unit(unit.strip("[]() "))), None)
     if unit is None:
-        return f"no unit stands with the {kind} of {key}", None
+        return f"no unit is given with the {kind} of {key}", None
     if not is_unit_of(unit, kind):
-        return f"{unit!r} is no unit of the {kind} of {key}", None
+        return f"{unit!r} is not a unit for the {kind} of {key}", None
     try:
         written = with_point(f"{found['number']} {unit}")
         value = parse(written, kind)
@@ -219,7 +219,7 @@ def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
         return str(error), None
     least, most = _RANGES.get(key, (0.0, float("inf")))
     if not least < value <= most:
-        return f"{written} can be no {kind} of {key}", None
+        return f"{written} cannot be a {kind} of {key}", None
     return key, written
 
 

@@ -66,8 +66,8 @@ def _unchanged(path: Path, name: str, sha256: str) -> Iterator[bytes]:
 def changed(name: str) -> ReaderError:
     """Report that a file is not what it was when it was first gone through."""
     return ReaderError(
-        f"{name}: found other bytes than a moment before; expected a file that nothing is written into while it is "
-        "read; try again once the test has ended"
+        f"{name}: found a file that changed while it was read; expected one that is not written to during reading; try "
+        "again once the test has ended"
     )
 
 

@@ -30,7 +30,7 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
         found = json.loads(answer_of("first_hit.py", asked, remedy=""))
     except ReaderError:
         raise ReaderError(
-            f"{file}: found no end of the search for {pattern!r}; expected a pattern that matches, or not, at once; "
-            "write a simpler one, without repetition inside repetition"
+            f"{file}: found no end to the search for {pattern!r}; expected a pattern that matches or fails "
+            "immediately; write a simpler one, without nested repetition"
         ) from None
     return None if found is None else (found[0], found[1])

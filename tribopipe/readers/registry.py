@@ -89,11 +89,11 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
     known_as = next((match.known_as for _, match in found if match.known_as), None)
     if known_as is not None:
         raise ReaderError(
-            f"{source.name}: found {known_as}; expected what a tribometer recorded, or a profile; leave this file out"
+            f"{source.name}: found {known_as}; expected a tribometer recording or a profile; omit this file"
         )
     sure = [one for one in found if is_sure(one.match)]
     if not sure:
-        why = next((match.why for reader, match in found if reader.name == _PLAIN), "nothing reads it")
+        why = next((match.why for reader, match in found if reader.name == _PLAIN), "no reader recognizes it")
         remedy = "" if "; " in why else _KNOWN
         raise ReaderError(f"{source.name}: found no known format, and as a plain table: {why}{remedy}")
     best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
@@ -121,5 +121,5 @@ def _match(reader: Reader, source: SourceFile) -> Match:
     try:
         return reader.match(source)
     except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
-        warnings.warn(f"reader {reader.name!r} failed at {source.name}: {error!r}", stacklevel=3)
+        warnings.warn(f"reader {reader.name!r} failed on {source.name}: {error!r}", stacklevel=3)
         return Match(0.0, f"failed ({error!r})")

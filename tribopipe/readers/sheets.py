@@ -13,7 +13,7 @@ def refuse_sheet(sheet: str | None, reader: Reader, file: str) -> None:
     """Raise ``ReaderError`` where a sheet is named of a file that has none."""
     if sheet is not None and reader.name != WORKBOOK:
         raise ReaderError(
-            f"{file}: found the sheet {sheet!r} named for a file of the format {reader.name}, which has no sheets; "
+            f"{file}: found the sheet {sheet!r} specified for a file of the format {reader.name}, which has no sheets; "
             "expected a workbook; remove the sheet"
         )
 

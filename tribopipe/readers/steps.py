@@ -186,7 +186,7 @@ class Steps:
             if known is None:
                 raise ReaderError(
                     f"{self.file}: found no column that numbers the steps; expected one, since run.toml chooses steps; "
-                    'name it: step_column = "Step", or take steps out'
+                    'name it: step_column = "Step", or remove steps'
                 )
             return known
         return name
@@ -227,7 +227,7 @@ class Steps:
             row = int(rows[0])
             raise ReaderError(
                 f"{self.file}, {place(int(known[row]))}: found {time[row]:g} s after {time[row - 1]:g} s within step "
-                f"{numbers[row]:g}; expected time to grow within a step; correct the rows, or export the test again"
+                f"{numbers[row]:g}; expected time to increase within a step; correct the rows, or export the test again"
             )
 
 

@@ -23,14 +23,14 @@ def join_parts(file: str, kind: str, parts: Mapping[str, ReadTable]) -> ReadTabl
     """
     shapes = [_shape(table) for table in parts.values() if _is_record(table)]
     tables = {name: table for name, table in parts.items() if not shapes or _shape(table) in shapes}
-    left = [f"{kind} {name!r} holds no record of a test and is left out" for name in parts if name not in tables]
+    left = [f"{kind} {name!r} contains no record of a test and is omitted" for name in parts if name not in tables]
     (first, table), *others = tables.items()
     for name, other in others:
         if _shape(other) != _shape(table):
             raise ReaderError(
                 f"{file}: found different tables in the {kind}s {first!r} ({_listed(table)}) and {name!r} "
                 f"({_listed(other)}); expected one table, or parts with the same columns; save the {kind} of the run "
-                "in a file of its own"
+                "in a separate file"
             )
     whole = list(tables.values())
     return ReadTable(

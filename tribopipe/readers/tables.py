@@ -112,7 +112,7 @@ def find_table(text: Text, hints: Hints) -> tuple[Table, list[str]]:
         found = max(len(row.cells) for row in sampled_rows(lines, table.separator))
         raise ReaderError(
             f"{text.name}, line {table.rows[table.top].line}: found {found} columns; expected at most {MOST_COLUMNS}; "
-            "check that the file is a table of one row a sample"
+            "check that the file is a table with one row per sample"
         )
     return table, lines
 

@@ -96,7 +96,7 @@ def _western(source: SourceFile, partial: bool) -> Text:
 
 def western_note(encoding: str) -> str:
     """Report that a file was taken to be in an encoding of western Europe."""
-    return f"read as {encoding}, since it is no UTF-8; name the encoding in run.toml if letters are wrong"
+    return f"read as {encoding}, since it is not UTF-8; specify the encoding in run.toml if letters are wrong"
 
 
 def _as_named(source: SourceFile, encoding: str, partial: bool) -> Text:
@@ -123,8 +123,8 @@ def _strictly(content: bytes, encoding: str, partial: bool) -> str:
 def _undecodable(name: str, encoding: str, error: UnicodeError) -> ReaderError:
     where = f"byte {error.start}" if isinstance(error, UnicodeDecodeError) else "a character"
     return ReaderError(
-        f"{name}: found {where}, which is no {encoding}; expected the whole file in that encoding; copy "
-        "it again from the instrument, or name its encoding in run.toml"
+        f"{name}: found {where}, which is not {encoding}; expected the whole file in that encoding; copy "
+        "it again from the instrument, or specify its encoding in run.toml"
     )
 
 
@@ -158,9 +158,8 @@ def sample_lines(text: Text) -> list[str]:
     for number, line in enumerate([*lines, rest], 1):
         if len(line) > LONGEST_LINE:
             raise ReaderError(
-                f"{text.name}, line {number}: found more than {LONGEST_LINE} characters in one line; "
-                f"expected a table of at most {MOST_COLUMNS} columns; check that this file is one and "
-                "has kept its line ends"
+                f"{text.name}, line {number}: found more than {LONGEST_LINE} characters in one line; expected a table "
+                f"of at most {MOST_COLUMNS} columns; check that this file is a table and has kept its line ends"
             )
     if not rest and len(lines) < SAMPLE_LINES and all(map(str.isspace, lines)):
         raise ReaderError(

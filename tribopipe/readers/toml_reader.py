@@ -56,7 +56,7 @@ class DescribedReader:
         """Judge by the profile's pattern."""
         wanted = self.profile.detect
         if wanted is None:
-            return Match(0.0, "the profile has no pattern 'detect' to know its files by")
+            return Match(0.0, "the profile has no pattern 'detect' to recognize its files")
         try:
             lines = head_lines(source, self.profile.encoding)
             found = search(wanted, list(map(_bare_line, lines)), source.name)
@@ -141,8 +141,8 @@ def _with_meanings(profile: ReaderProfile, table: ReadTable, file: str) -> ReadT
     names = [column.name for column in columns]
     if len(set(names)) < len(names):
         raise ReaderError(
-            f"{file}: found a column {max(names, key=names.count)!r} in the file, too; expected that name for what the "
-            f"profile {profile.name!r} makes of another; rename the column"
+            f"{file}: found the column {max(names, key=names.count)!r} in the file as well; expected that name only "
+            f"for a column that the profile {profile.name!r} derives; rename the column"
         )
     return replace(table, columns=tuple(columns), notes=tuple(notes))
 
@@ -208,7 +208,7 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
             f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
-            f"calibration {name!r} takes them; scale the column, or give its unit in the profile"
+            f"calibration {name!r} requires; scale the column, or give its unit in the profile"
         )
     values = np.asarray(column.values, dtype=np.float64)
     lowest, highest = _range(calibration)
@@ -219,9 +219,9 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(
             f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where}, and {count} "
-            'such readings in all; expected none; calibrate further, or write outside = "missing" in the profile'
+            'such readings in total; expected none; extend the calibration, or write outside = "missing" in the profile'
         )
-    note = f"{column.name!r} is in {calibration.unit} by the calibration {name!r}"
+    note = f"{column.name!r} is in {calibration.unit} with the calibration {name!r}"
     note += f"; {count} readings {where} are missing" if count else ""
     found = np.where(outside, np.nan, _value(calibration, np.clip(values, lowest, highest)))
     return replace(column, values=found, unit=calibration.unit), note

@@ -93,7 +93,7 @@ class DriftCorrection(Record):
         if self.outcome == "uncorrected":
             return f"no drift correction: missing {' and '.join(self.lacks)}"
         if self.anchor is None:
-            return f"drift {_in(self.drift_rate, 'nm/min')}, by the sensor alone: no wear was measured after the test"
+            return f"drift {_in(self.drift_rate, 'nm/min')}, from the sensor alone: no wear was measured after the test"
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
         return (
             f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "

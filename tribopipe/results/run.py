@@ -99,6 +99,10 @@ class Recording:
     """Gives the measured signals in SI block by block, each as often as it is asked; signals of one file together."""
 
 
+AT_A_LEVER = "is treated as a force at"
+"""Part of the note on a friction force where only a torque has one meaning."""
+
+
 @dataclass(frozen=True, repr=False)
 class RawRun(Tabular):
     """One run as ingested. Columns are float64, in SI, of one length; NaN marks a missing sample.

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
 
+NO_FRICTION = "a friction signal"
+"""What a law that needs friction misses in a run without it."""
 FRICTION_FIT = "friction fit"
 """The line of a budget that stands for A, b and c of Eq. 7, which are fitted together."""
 

@@ -40,7 +40,7 @@ _FORM_KEYS = {
     "flat_disc": "rolling_radius",
 }
 """Where the size of each body is written."""
-_REPEAT = ("repeat the test, and name all runs of it in", "of study.toml")
+_REPEAT = ("repeat the test, and list all its runs in", "of study.toml")
 _RADII = {"rolling_radius": "rolling radius", "crown_radius": "crown radius"}
 
 
@@ -204,7 +204,7 @@ def _mean(run: RawRun, name: SignalName) -> str | None:
     if values is None or run.origins[name] != "measured" or not np.any(np.isfinite(values)):
         return None
     kind = KINDS[SIGNALS[name].kind]
-    return f"{show(float(np.nanmean(values)), None, kind.si, kind.shown)}, mean of what was recorded"
+    return f"{show(float(np.nanmean(values)), None, kind.si, kind.shown)}, mean of the recording"
 
 
 def _last(run: RawRun, name: SignalName) -> str | None:

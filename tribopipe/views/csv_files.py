@@ -68,7 +68,7 @@ def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
 
 def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
     """Return what is stated where a run has no such table, but others."""
-    return ArchiveError(f"{run_id}: found no table {what!r}; expected one that it has: {', '.join(there)}")
+    return ArchiveError(f"{run_id}: found no table {what!r}; expected one of: {', '.join(there)}")
 
 
 def csv_of(columns: Columns) -> Iterator[bytes]:

@@ -152,7 +152,8 @@ def _fitted_run(fit: WearFit | FrictionFit) -> Any:
     run = fit._fitted_to.run  # noqa: SLF001 - kept for these views alone
     if run is None:
         raise FitError(
-            "fit: found one that was read without its run; expected one that was made here or is from an archive; take "
+            "fit: found one that was read without its run; expected one that was made in this session or is from an "
+            "archive; use "
             'archive[run_id].fits["archard"]'
         )
     return run
@@ -161,14 +162,14 @@ def _fitted_run(fit: WearFit | FrictionFit) -> Any:
 def _curves(fit: WearFit) -> WearCurves:
     curves: WearCurves | None = None if (made := fit._fitted_to.curves) is None else made()  # noqa: SLF001 - as above
     if curves is None:
-        raise FitError(f"{fit}; expected a fit, of which there are curves")
+        raise FitError(f"{fit}; expected a fit that has curves")
     return curves
 
 
 @singledispatch
 def plot(thing: object) -> "Figure":
     """Draw what reports draw of it."""
-    raise TypeError(f"found {type(thing).__name__}, of which there is no figure; expected a run or a fit")
+    raise TypeError(f"found {type(thing).__name__}, for which there is no figure; expected a run or a fit")
 
 
 @plot.register(RawRun)

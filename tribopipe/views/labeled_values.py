@@ -39,7 +39,7 @@ _FIELDS = {
     "shape": _Field("shape"),
     "radius": _Field("radius", "mm"),
     "flat_radius": _Field("radius of the flat"),
-    "rolling_radius": _Field("radius along rolling", "mm"),
+    "rolling_radius": _Field("radius along the rolling direction", "mm"),
     "crown_radius": _Field("crown radius", "mm"),
     "width": _Field("width", "mm"),
     "diameter": _Field("diameter", "mm"),
@@ -99,7 +99,7 @@ def interval(ends: tuple[Quantity, Quantity | None] | None, unit: str) -> str | 
         return None
     low, high = ends
     if high is None:
-        return f"{low.shown(unit)} to open"
+        return f"{low.shown(unit)} or more"
     return between((low, high), unit)
 
 

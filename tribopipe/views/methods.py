@@ -334,7 +334,7 @@ _DISCS = Method(
 _CONVENTIONS: dict[DistanceConvention, Method] = {
     "full-slip": Method(
         "Sliding distance per rotation: full slip",
-        "Every point counts as sliding over the whole slip distance s of a rotation:",
+        "Every point is assumed to slide over the whole slip distance s of a rotation:",
         (
             Equation(r"\frac{d h_1}{d N} = k_1 p s", "14 a"),
             Equation(r"\frac{d h_2}{d N} = k_2 p s \frac{n_2}{n_1}", "14 b"),
@@ -344,19 +344,19 @@ _CONVENTIONS: dict[DistanceConvention, Method] = {
     ),
     "contact-width": Method(
         "Sliding distance per rotation: contact width",
-        "A point counts as sliding over the length of the contact in each rotation, whatever the slip:",
+        "A point is assumed to slide over the length of the contact in each rotation, regardless of the slip:",
         (Equation(r"\frac{d h}{d N} = 2 k_D p a_z", "11"),),
         references=(PAPER,),
     ),
     "line-load": Method(
         "Sliding distance per rotation: line load",
-        "A point counts as sliding over the length of the contact in each rotation, with κ = 1, for which the pressure "
-        "carries the whole load:",
+        "A point is assumed to slide over the length of the contact in each rotation, with κ = 1, for which the "
+        "pressure carries the whole load:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l}"),),
     ),
     "volume-conserving": Method(
         "Sliding distance per rotation: volume conserving",
-        "A point counts as sliding only while it is in contact, so that each disc loses V = k_D·F_N·s:",
+        "A point is assumed to slide only while it is in contact, so that each disc loses V = k_D·F_N·s:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l} \frac{s}{2 π ( r − h )}"),),
     ),
 }
@@ -369,9 +369,9 @@ _MODEL = Method(
     "The wear depth H at the end of the test was found with one model of the depth reading, in which wear follows the "
     "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
-    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. Where reading and "
-    "measurement differ by more than three standard uncertainties of their difference, the reading is not trusted, "
-    "and k_D is that of the measurement. Without a post-test measurement, k_D is that of the reading.",
+    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. If reading and "
+    "measurement differ by more than three standard uncertainties of their difference, the reading is not used, and "
+    "k_D is that of the measurement. Without a post-test measurement, k_D is that of the reading.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",

@@ -16,7 +16,7 @@ _UNITS = {"m": "mm", "1": "%"}
 
 
 _OF_BODIES = (
-    ("depth at its sides", "wear_depth_edge", "um"),
+    ("depth at the sides", "wear_depth_edge", "um"),
     ("volume", "wear_volume", "mm^3"),
     ("cross-section of the track", "track_cross_section", "um^2"),
 )
@@ -41,11 +41,11 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("half length of the unworn contact", None if start is None else shown(start.half_length)),
             ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
             ("scheme", result.scheme),
-            ("steps of the scheme", None if result.steps is None else f"{result.steps:,}"),
+            ("number of steps", None if result.steps is None else f"{result.steps:,}"),
             ("relative error of the steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (_points("predicted", result.prediction), _points("places where depths are reached", result.reached)),
+        (_points("predicted", result.prediction), _points("points at which depths are reached", result.reached)),
     )
 
 
@@ -93,11 +93,11 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ("k_D used, cylindrical disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
-            ("contact solved by", result.engine),
+            ("contact solved with", result.engine),
             ("scheme", result.scheme),
             ("wear steps per decade", f"{result.steps_per_decade}"),
-            ("points of the grid", " × ".join(f"{number:,}" for number in result.grid)),
-            ("least distance between points", shown(result.finest)),
+            ("grid points", " × ".join(f"{number:,}" for number in result.grid)),
+            ("smallest grid spacing", shown(result.finest)),
             ("elasticity updated every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
         ),
         result.notes,
@@ -105,7 +105,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
     )
 
 
-_LOCAL = ("wear depth", "by the GIWM", "difference", "peak pressure", "in the middle", "on average")
+_LOCAL = ("wear depth", "with the GIWM", "difference", "peak pressure", "in the middle", "on average")
 
 
 def _local_cells(one: LocalPinPoint | LocalDiscPoint) -> tuple[str, ...]:

@@ -75,8 +75,8 @@ def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
     slipped = stated_slip(manifest) if conditions.slip is None else None
     return facts(
-        ("sliding speed, by these", shown(speed)),
-        ("slip, by these", shown(slipped, "%")),
+        ("sliding speed, from these", shown(speed)),
+        ("slip, from these", shown(slipped, "%")),
     )
 
 
@@ -104,7 +104,7 @@ def _recorded(run: RunOutline) -> tuple[Fact, ...]:
 
 
 def _samples(run: RunOutline) -> str:
-    return f"{run.samples:,}" if run.recorded is None else f"{run.recorded:,}, evaluated by {run.samples:,} means"
+    return f"{run.samples:,}" if run.recorded is None else f"{run.recorded:,}, evaluated as {run.samples:,} means"
 
 
 def _computed_with(run: RunOutline) -> tuple[Fact, ...]:

@@ -68,10 +68,10 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
     return Told(
         "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
         (
-            *facts(*((f"{spoken(name)}, derived again", origin) for name, origin in result.derived.items())),
+            *facts(*((f"{spoken(name)}, recalculated", origin) for name, origin in result.derived.items())),
             *facts(("left out", listed(map(spoken, result.left_out)))),
         ),
-        tables=(TextTable("what was changed", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
+        tables=(TextTable("changes", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
     )
 
 
@@ -127,7 +127,7 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
             ("independent samples", None if samples is None else f"{samples:,.0f}"),
             ("mean of μ over the run", shown(result.mean)),
             ("standard deviation of μ over the run", shown(result.standard_deviation)),
-            ("load that friction was divided by", result.load),
+            ("load used for the friction coefficient", result.load),
         ),
         result.notes,
     )

@@ -60,7 +60,7 @@ def conditions_change(run: RawRun) -> Iterator[Trouble]:
         if levels is not None:
             yield Trouble(
                 channel.label,
-                f"found {_spoken([channel.shown(value) for value in levels.values])} one after the other, the first "
+                f"found {_spoken([channel.shown(value) for value in levels.values])} in sequence, with the first "
                 f"change at {run.numbered(levels.change)}; expected one value per run, as stated in run.toml",
                 "make one run per step with `tribopipe new FILE --split COLUMN`, or choose steps = [n] under "
                 "[[signals]] in run.toml",
@@ -147,10 +147,26 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
         if recorded is not None and abs(recorded - stated.value) > _allowed(name, stated, channel):
             yield Trouble(
                 f"conditions.{name}",
-                f"found {channel.shown(stated.value)} stated where {channel.label!r} recorded a median of "
+                f"found {channel.shown(stated.value)} stated, but {channel.label!r} recorded a median of "
                 f"{channel.shown(recorded)}; expected the same within {_TOLERANCE:.0%}",
                 f"correct {name}, or the unit of the column",
             )
+
+
+@check("warning")
+def stated_speeds_differ(run: RawRun) -> Iterator[Trouble]:
+    """Compare a stated sliding speed with the one that the stated motion gives."""
+    conditions = run.manifest.conditions
+    stated, moved = conditions.sliding_speed, conditions.speed_of_motion
+    if stated is None or moved is None or abs(moved.value - stated.value) <= _TOLERANCE * stated.value:
+        return
+    how = "stroke and frequency" if conditions.stroke is not None else "rotational speed and track radius"
+    yield Trouble(
+        "conditions.sliding_speed",
+        f"found {stated.shown('mm/s')}, but {how} give {moved.shown('mm/s')}; expected the same within "
+        f"{_TOLERANCE:.0%}",
+        "correct one of them; the stated sliding speed is used, and means the average speed",
+    )
 
 
 def _usual(values: Column) -> float | None:
@@ -192,8 +208,8 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if recorded and abs(ratio - 1) > tolerance:
             yield Trouble(
                 labels[recorded[0]],
-                f"found {identity.formula} broken, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
-                f"times the right one; expected 1 within {tolerance:.0%}",
+                f"found {identity.formula} violated, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
+                f"times the right side; expected 1 within {tolerance:.0%}",
                 "check the units and scales of these columns and values",
             )
 
@@ -267,7 +283,7 @@ def _stroke_length(run: RawRun, strokes: list[Stroke], stated: float) -> Iterato
     if channel is not None and span > _STROKE_TOLERANCE * stated and abs(span - stated) > _STROKE_TOLERANCE * stated:
         yield Trouble(
             "conditions.stroke",
-            f"found {channel.shown(stated)} stated where {channel.label!r} moves by {channel.shown(span)} per stroke; "
+            f"found {channel.shown(stated)} stated, but {channel.label!r} moves by {channel.shown(span)} per stroke; "
             f"expected the same within {_STROKE_TOLERANCE:.0%}",
             "correct stroke, the distance from one turning point to the next",
         )
@@ -298,7 +314,7 @@ def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if found is None and signed is not None:
         yield Trouble(
             "friction_force",
-            f"found friction without sign, although the column {signed!r} changes sign with the stroke; expected the "
+            f"found unsigned friction, although the column {signed!r} changes sign with the stroke; expected the "
             "signed channel in a reciprocating test",
             f"map friction_force to {signed!r} under [signals.columns], and state conditions.stroke",
         )
@@ -326,7 +342,7 @@ def no_friction_per_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble
         return  # friction_sign says what is wrong with them
     samples = _samples_in_a_stroke(run)
     few = samples is not None and samples < _FEWEST_SAMPLES
-    reason = f"{samples:.2g} samples per stroke" if few else "no sign that changes with the stroke"
+    reason = f"{samples:.2g} samples per stroke" if few else "no change of sign with the stroke"
     yield Trouble(
         "friction_coefficient",
         f"found {reason}, so that no coefficient per stroke is computed; expected a signed friction force with at "

@@ -11,7 +11,7 @@ from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.measured import PinWay
-from tribopipe.results.run import RawRun
+from tribopipe.results.run import AT_A_LEVER, RawRun
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
@@ -101,7 +101,7 @@ def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
         yield Trouble(
             _slip_key(manifest),
             f"found a slip of {share.shown('%')}; expected 0.1 to 100 % in most tests",
-            'write four per cent as "4 %" or 0.04, and check both speeds',
+            'write four percent as "4 %" or 0.04, and check both speeds',
         )
 
 
@@ -138,8 +138,8 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if all(getattr(end, name) in (None, ()) for name in get_args(PinWay)):
         yield Trouble(
             "end_values",
-            "found no wear of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or profile; "
-            "without one the wear coefficient is from the depth sensor alone",
+            "found no wear measurement of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or "
+            "profile; without one the wear coefficient is from the depth sensor alone",
             "add one if it was measured",
         )
     if "depth" not in run.columns:
@@ -155,15 +155,15 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     if not any(name.startswith("curved_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear of the crowned disc; expected its depth, track width, volume or profile for a wear "
-            "coefficient",
+            "found no wear measurement of the crowned disc; expected its depth, track width, volume or profile for a "
+            "wear coefficient",
             "add one if it was measured",
         )
     elif not any(name.startswith("flat_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear of the cylindrical disc; expected some; without it the disc is taken as unworn, as in the "
-            "one-sided model",
+            "found no wear measurement of the cylindrical disc; expected one; without it the disc is assumed to be "
+            "unworn, as in the one-sided model",
             "add its depth, track width, volume or profile if it wore",
         )
 
@@ -172,11 +172,24 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
 def reader_assumption(run: RawRun) -> Iterator[Trouble]:
     """Pass on what a reader had to guess or change."""
     for note in run.notes:
-        yield Trouble(
-            "signals",
-            f"found an assumption in reading: {note}; expected an unambiguous file",
-            "check the assumption; run.toml can specify how to read the file",
-        )
+        if AT_A_LEVER not in note:
+            yield Trouble(
+                "signals",
+                f"found an assumption in reading: {note}; expected an unambiguous file",
+                "check the assumption; run.toml can specify how to read the file",
+            )
+
+
+@check("warning")
+def friction_lever(run: RawRun) -> Iterator[Trouble]:
+    """Find a friction force where several contacts share the load, so that it depends on the lever of the load cell."""
+    for note in run.notes:
+        if AT_A_LEVER in note:
+            yield Trouble(
+                "signals",
+                f"found a force, whose lever is not known: {note}; expected the friction torque",
+                "map the torque, or multiply the force by the length of its lever",
+            )
 
 
 @check("warning")

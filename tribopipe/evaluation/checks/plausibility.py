@@ -16,6 +16,7 @@ from tribopipe.evaluation.applied_load import contact_load
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.measurements.interval_wear import CLEARLY
+from tribopipe.evaluation.measurements.pin_tip import SCARS
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_radius
@@ -109,7 +110,7 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
         found = f"{pin.radius.shown('mm')}, a ball of {show(twice, None, 'm', 'mm')} in diameter"
         return Trouble(
             "contact.pin.radius",
-            f"found {found}, which is unusual; expected the radius, where {show(radius, None, 'm', 'mm')} is a usual "
+            f"found {found}, which is unusual; expected the radius, since {show(radius, None, 'm', 'mm')} is a common "
             "diameter",
             "give half the diameter of the ball; if the radius is correct, state contact.pin.diameter",
         )
@@ -242,6 +243,24 @@ def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("warning")
+def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find less wear at one interruption than at an earlier one, as where losses of single intervals are given."""
+    if not run.manifest.interruptions or run.manifest.contact is None:
+        return
+    with suppress(ContactError, FitError):
+        for name, body in specific_wear(cleaned.run).bodies.items():
+            for interval in body.intervals or ():
+                gained = -interval.volume.value
+                if gained > CLEARLY * (interval.volume.standard_uncertainty or 0.0) and gained > 0:
+                    yield Trouble(
+                        f"interruptions, end_values of the {spoken(name)}",
+                        f"found less wear after {interval.end.shown('m')} than after {interval.start.shown('m')}; "
+                        "expected the total wear since the start of the test in each measurement",
+                        "add up the values, if each is the loss since the one before",
+                    )
+
+
+@check_cleaned("warning")
 def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find wear deeper than the coating of a body, so that k_D is that of coating and substrate together."""
     films = {name: body.film_thickness for name, body in run.manifest.bodies.items() if body.film_thickness is not None}
@@ -257,8 +276,8 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                     f"contact.{name}.film_thickness",
                     f"found wear {depth.shown('um')} deep in a coating of {film.shown('um')}; expected wear within "
                     "the coating",
-                    "repeat the test over a shorter distance; k_D and wear rate of this one are those of coating and "
-                    "substrate together",
+                    "repeat the test over a shorter distance; k_D and wear rate of this test are for coating and "
+                    "substrate combined",
                 )
 
 
@@ -266,20 +285,38 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
     pin, end = run.manifest.pin, run.manifest.end_values
-    scar = end.pin_scar_diameter
-    if pin is None or scar is None or pin.shape == "flat":
+    if pin is None or pin.shape == "flat":
         return
-    contact = run.manifest.sliding_pin
-    load = contact_load(run, Recipe()).value
-    start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
-    if scar.value + 3 * (scar.standard_uncertainty or 0.0) < start:
+    start = _start_width(run)
+    for name, scar in _scars(run):
+        if scar.value + 3 * (scar.standard_uncertainty or 0.0) >= start:
+            continue
         yield Trouble(
-            "end_values.pin_scar_diameter",
+            f"end_values.{name}",
             f"found {scar.shown('um')}, smaller than the initial contact of {show(start, None, 'm', 'um')}; expected "
             "a larger scar",
             "check that it is the diameter, and check its unit, the load and the radius of the pin",
         )
-    yield from _track_beside(scar, end)
+    if end.pin_scar_diameter is not None:
+        yield from _track_beside(end.pin_scar_diameter, end)
+
+
+def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:
+    """Yield the measured sizes of the scar by their keys."""
+    for name in SCARS:
+        scar = getattr(run.manifest.end_values, name)
+        if scar is not None:
+            yield name, scar
+
+
+def _start_width(run: RawRun) -> float:
+    """Return the width of the contact without wear, along the sliding direction in a line contact, m."""
+    contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
+    modulus = _start_modulus(*contact.bodies.values())
+    if contact.pin.line:
+        per_length = load / contact.pin.line
+        return 2 * math.sqrt(4 * per_length * contact.pin.radius.value / (math.pi * modulus))
+    return 2 * _start_radius(contact, load, modulus)
 
 
 @check("warning")
@@ -288,21 +325,22 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
 
     A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
     without wear, (a_H/a)³ of the volume under the scar is deflection; local wear gives the same within 4 % of that
-    volume from a = 1.3·a_H on.
+    volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)².
     """
-    pin, scar = run.manifest.pin, run.manifest.end_values.pin_scar_diameter
-    if pin is None or scar is None or pin.shape != "spherical":
+    pin = run.manifest.pin
+    if pin is None or not (pin.line or pin.shape == "spherical"):
         return
-    contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
-    start = 2 * _start_radius(contact, load, _start_modulus(*contact.bodies.values()))
-    share = (start / scar.value) ** 3 if scar.value > start else 0.0
-    if share > max(_ELASTIC, 4 * (scar.standard_uncertainty or 0.0) / scar.value):
+    start, power = _start_width(run), 2 if pin.line else 3
+    for name, scar in _scars(run):
+        share = (start / scar.value) ** power if scar.value > start else 0.0
+        if share <= max(_ELASTIC, (power + 1) * (scar.standard_uncertainty or 0.0) / scar.value):
+            continue
         yield Trouble(
-            "end_values.pin_scar_diameter",
+            f"end_values.{name}",
             f"found {scar.shown('um')}, where the elastic contact without wear is {show(start, None, 'm', 'um')} wide: "
             f"about {share:.0%} of the volume under the scar is elastic deflection; expected a scar at least "
-            f"{_ELASTIC ** (-1 / 3):.1f} times as wide",
-            "take volume and k_D as too large by about that; give a profile or a depth instead, or test longer",
+            f"{_ELASTIC ** (-1 / power):.1f} times as wide",
+            "treat volume and k_D as too large by about this share; give a profile or a depth instead, or test longer",
         )
 
 
@@ -312,5 +350,5 @@ def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
         yield Trouble(
             "end_values.pin_scar_diameter, end_values.disc_track_width",
             f"found a scar of {scar.shown('um')} and a track {width.shown('um')} wide; expected about the same width",
-            "check that the scar is given by its diameter, and both units",
+            "check that the diameter of the scar is given, and check both units",
         )

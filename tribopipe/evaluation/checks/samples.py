@@ -95,7 +95,7 @@ def axis_incomplete(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {len(missing)} missing{source}, the first at {run.numbered(int(missing[0]))}; "
-                "expected one at each",
+                "expected a value for every sample",
                 "correct or delete those rows, or export again",
             )
 
@@ -106,7 +106,7 @@ def axis_backward(run: RawRun) -> Iterator[Trouble]:
     for name, values in _measured(run):
         if name not in _AXES:
             continue
-        verdict = ", which is no count" if name == "rotations" else ""
+        verdict = ", which is not a count" if name == "rotations" else ""
         below, back = np.flatnonzero(values < 0), segments(_without_glitches(run, name)).fault
         if back is not None:
             before = values[:back][np.isfinite(values[:back])][-1]
@@ -120,7 +120,7 @@ def axis_backward(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
-                "from 0 upwards",
+                "from 0 upward",
                 "map the column that counts them",
             )
 
@@ -156,7 +156,7 @@ def axis_constant(run: RawRun) -> Iterator[Trouble]:
         if len(values) >= _FEWEST and np.all(np.isfinite(values)) and not values[-1] > values[0]:
             yield Trouble(
                 name,
-                f"found {_shown(name, values[-1])} at the end as at the start; expected increasing values",
+                f"found {_shown(name, values[-1])} at both start and end; expected increasing values",
                 "check the column, and the speeds in run.toml",
             )
 
@@ -179,8 +179,8 @@ def samples_averaged(run: RawRun) -> Iterator[Trouble]:
     if run.recording is not None:
         yield Trouble(
             "signals",
-            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected fewer "
-            "samples for evaluating each one",
+            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected few enough "
+            "samples to evaluate each one",
             "all recorded samples are kept under /entry/recorded",
         )
 
@@ -206,7 +206,7 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} under load, with which the bodies do not touch; "
+            f"found a median of {_shown('normal_force', median)} under load, at which the bodies do not touch; "
             "expected a load above zero",
             "preprocessing reverses its sign; export compressive loads as positive, or remove the signal",
         )
@@ -335,7 +335,7 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
             "friction_coefficient",
-            f"found {negative:.0%} of it below zero; expected one sign, or strokes that can be separated",
+            f"found {negative:.0%} of the values below zero; expected one sign, or strokes that can be separated",
             "state conditions.stroke of a reciprocating test (at least 5 samples per stroke); otherwise zero the force",
         )
 
@@ -372,8 +372,8 @@ def interruption_after_end(run: RawRun) -> Iterator[Trouble]:
         if stop.place > end:
             yield Trouble(
                 f"interruptions[{number}].{progress.signal}",
-                f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected a place within the "
-                "run",
+                f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected an interruption "
+                "within the run",
                 f"write the {progress.words} since the start of the test; for the end, use end_values",
             )
 
@@ -403,7 +403,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
     listed = 'list the step "turn-over" with signals = ["depth"] after the default ones'
-    turn = f"if it counts down, {listed}; else " if rise < 0 else ""
+    turn = f"if the reading falls with wear, {listed}; else " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
@@ -497,7 +497,7 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
         if not 0.95 <= mean / speed.value <= 1.05:
             yield Trouble(
                 progress.speed,
-                f"found {mean:.4g} m/s by time and {progress.words}; expected the nominal {speed.value:.4g} m/s",
+                f"found {mean:.4g} m/s from time and {progress.words}; expected the nominal {speed.value:.4g} m/s",
                 f"correct {progress.speed}, or the units of both columns",
             )
 

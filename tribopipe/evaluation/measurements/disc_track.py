@@ -146,11 +146,11 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
         yield from _assumed(best.pair)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
-            yield f"{way.name} is no larger than the scar on the pin: it does not give the depth of the track"
+            yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
-            f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} places: how it varies is "
-            "hardly known"
+            f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} positions: its variation "
+            "along the track is largely unknown"
         )
 
 
@@ -162,6 +162,6 @@ def _assumed(pair: WornPair) -> Iterator[str]:
             'pin, or both depth and width of the track, or give pin_wear_depth = "0 um" if the pin has not worn'
         )
     else:
-        yield f"volume of the disc by {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
+        yield f"volume of the disc from {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
-        yield f"{pair.disc.name} is taken as measured in the middle of the stroke"
+        yield f"{pair.disc.name} is assumed to be measured in the middle of the stroke"

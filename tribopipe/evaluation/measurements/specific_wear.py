@@ -47,7 +47,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
     volumes = [
         scaled(rate.volume, 1 / contact.contacts_of(name)) for name, rate in rates.items() if rate.volume is not None
     ]
-    lacking = [f"nothing was measured on the {spoken(name)}" for name, rate in rates.items() if not rate.measured]
+    lacking = [f"no wear measurement of the {spoken(name)}" for name, rate in rates.items() if not rate.measured]
     found = SpecificWear(
         outcome="evaluated" if volumes else "not evaluated",
         notes=(*lacking, *notes, *_running_in(rates)),

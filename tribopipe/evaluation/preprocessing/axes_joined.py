@@ -26,7 +26,7 @@ def join_axes(bench: Bench, step: ContinuousAxes) -> None:
         joined = continuous(axis)
         if joined is not axis:
             restarts = len(segments(axis).starts)
-            bench.put(name, joined, _count(restarts), "a test has one course", parts=restarts + 1)
+            bench.put(name, joined, _count(restarts), "a test has one continuous axis", parts=restarts + 1)
     leads = {name: _lead(axis) for name in _AXES if (axis := bench.measured(name)) is not None}
     for name in leads:
         _begin(bench, name, leads, step)
@@ -53,7 +53,7 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
     if step.carried_over == "always":
         start, why = first, "the recipe states that it was carried over"
     elif step.carried_over == "told" and min(leads[name], other) > _CLOCK:
-        start, why = first, f"a clock or counter that was not reset, at more than {_CLOCK:g} times what it covers"
+        start, why = first, f"a clock or counter that was not reset: its start is more than {_CLOCK:g} times its range"
     elif step.carried_over == "told" and leads[name] - max(other, 0.0) > _LATE:
         start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis shows"
     else:

@@ -73,6 +73,6 @@ def _leave_out_dead_load(bench: Bench) -> None:
         what = f"{within} and about zero throughout"
         bench.leave_out("normal_force", what, "a dead channel; the nominal load is used")
     elif friction is not None and np.nanmedian(np.abs(friction)) > MOST_FRICTION * np.median(np.abs(some)):
-        what = f"{within}, and the friction force over it beyond ±{MOST_FRICTION:g}"
+        what = f"{within}, and the friction force divided by it beyond ±{MOST_FRICTION:g}"
         why = "a dead channel that was not zeroed, or a wrong unit; the nominal load is used"
         bench.leave_out("normal_force", what, why)

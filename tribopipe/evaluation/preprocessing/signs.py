@@ -45,7 +45,7 @@ def turn_over(bench: Bench, step: TurnOver) -> None:
     for name in dict.fromkeys(step.signals):
         values = bench.measured(name)
         if values is not None:
-            bench.put(name, -values, "sign reversed", "the recipe states that it counts backward", factor=-1.0)
+            bench.put(name, -values, "sign reversed", "the recipe states that its sign is reversed", factor=-1.0)
         elif name in bench.columns and bench.origins[name] != "measured":
             bench.leave(name, "sign not reversed, since it was not measured", bench.origins[name])
 

@@ -59,7 +59,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
         averaged[stroke.middle(step.middle)] = value
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
-        what = f"one value for each of {len(whole)} strokes, by {step.method} over {step.middle:.0%} of it"
+        what = f"one value for each of {len(whole)} strokes, with {step.method} over {step.middle:.0%} of each"
         bench.put("friction_coefficient", averaged, what, "friction is reciprocating", parts=len(whole))
 
 

@@ -39,11 +39,11 @@ def zero_forces(bench: Bench, step: Zero) -> None:
     where = _stated(bench, step) if step.windows else _unloaded(bench)
     if where is None:
         return
-    why = "in the windows stated" if step.windows else "without contact"
+    why = "in the stated windows" if step.windows else "without contact"
     zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
     if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
-        what = "the recorded coefficient is replaced by that from the zeroed forces"
-        bench.leave_out("friction_coefficient", what, "the instrument divides forces that are not zeroed")
+        what = "the recorded coefficient is replaced by one calculated from the zeroed forces"
+        bench.leave_out("friction_coefficient", what, "the instrument calculates it from forces that are not zeroed")
 
 
 def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:

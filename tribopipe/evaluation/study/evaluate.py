@@ -189,7 +189,7 @@ def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
         if silent:
             raise FitError(
                 f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have "
-                "one; expected the same for all runs that identify k_D; remove the run from fit, or measure it"
+                "one; expected the same for all runs that identify k_D; remove the run from fit, or add the measurement"
             )
 
 
@@ -198,6 +198,6 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
     for place, body in enumerate(bodies[1:], 1):
         if not any(run.coefficients[place] > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected some; "
-                "remove its measurements from run.toml, so that it is taken as unworn"
+                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected wear; "
+                "remove its measurements from run.toml, so that it is assumed to be unworn"
             )

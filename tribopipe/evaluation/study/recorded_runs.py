@@ -151,7 +151,7 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
             Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * HARDNESS_UNIT)
         )
         notes.append(
-            f"extrapolation: Hertz's pressure of {found} at the start exceeds the hardness of the softer body, "
+            f"extrapolation: the Hertzian pressure of {found} at the start exceeds the hardness of the softer body, "
             f"{softer}: the material yields before it wears"
         )
     return notes

@@ -432,6 +432,6 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
         shown = Quantity(value=wear, unit="m", standard_uncertainty=spread).shown("um")
         raise FitError(
             f"{problem.run.id}: depth: found a reading that, taken alone, gives a wear of {shown}; expected zero or "
-            'more; if it counts down, list the step "turn-over" with signals = ["depth"] after the default ones, or '
-            "measure the scar and state it as end_values.pin_scar_diameter"
+            'more; if the reading falls with wear, list the step "turn-over" with signals = ["depth"] after the '
+            "default ones, or measure the scar and state it as end_values.pin_scar_diameter"
         )

@@ -22,7 +22,7 @@ def read_parameters(law: WearLaw, written: Mapping[str, GivenParameter], where: 
 def _read(law: WearLaw, name: str, said: GivenParameter, where: str) -> Quantity:
     known = law.parameters()
     if name not in known:
-        raise FitError(f"{where}: found a parameter that {law.title} has not; {did_you_mean(name, known)}")
+        raise FitError(f"{where}: found a parameter that {law.title} does not have; {did_you_mean(name, known)}")
     try:
         quantity = read_quantity(said, known[name].kind)
     except ValueError as error:
@@ -57,8 +57,8 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
     """
     if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
         raise FitError(
-            f"{law.title}: found no {' and no '.join(missing)}; expected them given, since only the fit of one pin "
-            f"finds them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
+            f"{law.title}: found no {' and no '.join(missing)}; expected values, since only the fit of a single pin "
+            f"identifies them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
         )
 
 

@@ -71,8 +71,8 @@ def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: R
     both, engine = any(name not in contact.fitted_bodies for name in stated), recipe.wear.engine
     if both and engine not in (None, "volume"):
         raise FitError(
-            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} for --engine {engine}, which "
-            "knows no wear but that of the pin; expected --engine volume, or k_D of the pin alone"
+            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} with --engine {engine}, which "
+            "computes only the wear of the pin; expected --engine volume, or k_D of the pin alone"
         )
     if both:
         # Depths that are to be reached are those of the first body, so that it has to wear.

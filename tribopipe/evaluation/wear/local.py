@@ -232,7 +232,9 @@ def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
     if how.scheme != "economy":
         return wear(surface, amounts, scheme=how.scheme, steps_per_decade=how.steps_per_decade, refresh_every=every)
     if not isinstance(surface, Elastic):
-        raise FitError("local wear: found the scheme economy without finite elements; expected them; add --engine fe")
+        raise FitError(
+            "local wear: found the scheme economy without finite elements; expected finite elements; add --engine fe"
+        )
     unworn = surface.press(np.zeros_like(surface.gap))
     return wear_economically(
         surface,
@@ -276,14 +278,14 @@ def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[s
     if coarse:
         points = course.half_length[min(coarse)] / spacing
         yield (
-            f"the contact radius is only {points:.1f} points at {along[min(coarse)]:g}, and below {_FEWEST_POINTS} "
-            f"up to {along[max(coarse)]:g}: depths there may be a few per cent off"
+            f"the contact radius spans only {points:.1f} grid points at {along[min(coarse)]:g}, and fewer than "
+            f"{_FEWEST_POINTS} up to {along[max(coarse)]:g}: depths there may be a few percent off"
         )
 
 
 def _exactness(coefficient: Quantity) -> Iterator[str]:
     if coefficient.standard_uncertainty is None:
-        yield "k_D is taken as exact, since its standard uncertainty is not known"
+        yield "k_D is assumed to be exact, since its standard uncertainty is not known"
 
 
 def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:

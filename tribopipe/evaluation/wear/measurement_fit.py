@@ -164,7 +164,7 @@ def _one_sided(problem: MeasurementProblem) -> tuple[str, ...]:
     if not problem.one_sided:
         return ()
     unmeasured = spoken(problem.contact.fitted_bodies[-1])
-    return (f"nothing was measured on the {unmeasured}: it is taken as unworn, as in the one-sided model",)
+    return (f"the {unmeasured} was not measured and is assumed to be unworn, as in the one-sided model",)
 
 
 def _disagreement(p_value: float | None) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import NO_FRICTION
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -252,7 +253,7 @@ def measurement_problem(
     wearing = wear_of(contact, Terms(stated_slip(run.manifest), "giwm", recipe.wear.distance_per_rotation))
     if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
         raise FitError(
-            f"{run.id}: found {contact.title} to fit by --engine {recipe.wear.engine}; expected the GIWM, since the "
+            f"{run.id}: found {contact.title} with --engine {recipe.wear.engine}; expected the GIWM, since the "
             "depth signal does not give their wear; use --engine giwm"
         )
     measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
@@ -260,7 +261,7 @@ def measurement_problem(
         return (f"a post-test measurement of the {spoken(first)} (depth, track width or volume)",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
-        return ("a friction signal",)
+        return (NO_FRICTION,)
     inputs = contact_inputs(run, recipe) | dict(known.inputs)
     inputs |= {one.name: Input(one.quantity, one.source) for one in measurements}
     inputs |= law_inputs(law_named(law), recipe)

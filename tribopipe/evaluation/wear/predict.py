@@ -142,10 +142,10 @@ def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
 
 def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     if scenario.known.first.standard_uncertainty is None:
-        yield "k_D is taken as exact, since its standard uncertainty is not known"
+        yield "k_D is assumed to be exact, since its standard uncertainty is not known"
     for name in scenario.wear.bodies:
         if name not in scenario.known.bodies:
-            yield f"the {spoken(name)} is taken as unworn, since no k_D above zero is known for it"
+            yield f"the {spoken(name)} is assumed to be unworn, since no k_D above zero is known for it"
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 

@@ -47,6 +47,7 @@ from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.wear_fit import NO_FRICTION
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
@@ -420,10 +421,13 @@ def wear_problem(
     if end is None:
         return corrected.correction.lacks
     if measured is None and _disc_wears(run, recipe, end.pin_depth.value):
-        return ("a post-test measurement of the pin, since the disc has worn and the reading is of both together",)
+        return (
+            "a post-test measurement of the pin, since the disc has also worn and the reading includes the wear of "
+            "both",
+        )
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
-        return ("a friction signal",)
+        return (NO_FRICTION,)
     inputs = contact_inputs(run, recipe)
     inputs |= instrument_inputs(run, recipe)
     inputs |= known.inputs

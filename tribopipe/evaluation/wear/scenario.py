@@ -117,7 +117,7 @@ class Scenario:
         """
         if not 1 <= steps <= MOST_STEPS:
             raise FitError(
-                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; give another number with "
+                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; give a different number with "
                 "--steps, or use the exact scheme"
             )
         ends = np.linspace(0.0, float(np.max(places)), steps + 1)

@@ -35,11 +35,11 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
-from tribopipe.results.wear_fit import BodyWear, WearFit
+from tribopipe.results.wear_fit import NO_FRICTION, BodyWear, WearFit
 
 _BY_VOLUME = (
-    "k_D by wear volume alone, V/(F_N·S): it is that of the whole test, and does not show whether the law holds on the "
-    "way"
+    "k_D from the wear volume alone, V/(F_N·S): it is the mean over the test, and does not show whether the law holds "
+    "during the test"
 )
 
 
@@ -133,7 +133,7 @@ def volume_fit(
     missing = tuple(spoken(name) for name in law.parameters() if law.input_of(name) not in given)
     known = law_friction(run, model, friction, recipe.wear.friction)
     if missing or known is None:
-        return missing or ("a friction signal",)
+        return missing or (NO_FRICTION,)
     inputs = {_volume_of(body): volume for body, volume in lost.items()}
     inputs |= {"normal_load": load_input(run, recipe), **known.inputs, **given}
     if told := told_by(run, recipe.uncertainty):

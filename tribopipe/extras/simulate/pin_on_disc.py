@@ -156,12 +156,14 @@ _MICRO = 2.0
 """Load, N, under which forces are written in mN."""
 
 
-def _layout(force: str) -> Layout:
+def _layout(contact: SlidingPin, force: str) -> Layout:
     decimals = 2 if force == "mN" else 4
+    torque = Written("T [N*mm]", "N*m", "N*mm", 2)
+    friction = torque if _turned(contact) else Written(f"Ff [{force}]", "N", force, decimals)
     return {
         "time": Written("Time [s]", "s", "s", 1),
         "depth": Written("Depth [um]", "m", "um", 2),
-        "friction_force": Written(f"Ff [{force}]", "N", force, decimals),
+        "friction_force": friction,
         "normal_force": Written(f"Fn [{force}]", "N", force, decimals),
     }
 
@@ -177,13 +179,21 @@ _MEASURED_BY = {  # end value -> unit in the file, method
 }
 
 
+def _turned(contact: SlidingPin) -> bool:
+    """Whether the load cell measures a torque, as where several contacts share the load."""
+    return contact.load_share != 1
+
+
 def simulate_run(series: Series, run: VirtualRun, folder: Path) -> Truth:
     """Write a run folder: run.toml, signals.csv and truth.json."""
     test = VirtualTest(series, run)
     columns, ends = test.record()
     truth = test.truth()
     force = "mN" if run.normal_load.value < _MICRO else "N"
-    write_run(folder, _layout(force), columns, _manifest(series, run, ends, force), truth)
+    contact = series.contact
+    if _turned(contact):
+        columns["friction_force"] = columns["friction_force"] * (contact.friction_arm(None) or 1.0)
+    write_run(folder, _layout(contact, force), columns, _manifest(series, run, ends, force), truth)
     return truth
 
 
@@ -203,7 +213,7 @@ def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity], force:
         *(f"{name} = {written(length, 'mm')}" for name in _TRACK if (length := getattr(series, name)) is not None),
         f"medium = {quoted(series.medium)}",
         "",
-        *manifest_tail(_layout(force), ends, _MEASURED_BY, series.depth_scale, series.contact.worded),
+        *manifest_tail(_layout(series.contact, force), ends, _MEASURED_BY, series.depth_scale, series.contact.worded),
     ]
 
 

@@ -102,7 +102,8 @@ def wear(
     asked = np.asarray(amounts, dtype=float)
     if not (asked.size and asked[0] > 0 and np.all(np.diff(asked) > 0)):
         raise ContactError(
-            "local wear: found places that do not increase from zero; expected at least one; name them so"
+            "local wear: found positions that do not increase from zero; expected at least one above zero; list them "
+            "in increasing order"
         )
     course = _implicit if scheme == "implicit" else _explicit
     steps = Steps(step_ends(asked, steps_per_decade), frozenset(asked.tolist()), refresh_every)
@@ -167,15 +168,15 @@ def smooth(surface: Surface, contact: Contact) -> Contact:
     if (roughness := surface.roughness(contact)) > _ROUGH:
         raise ContactError(
             f"local wear: found a pressure that alternates by {100 * roughness:.0f} % from point to point; expected a "
-            "smooth one; explicit steps were too long for this grid: take the implicit scheme"
+            "smooth one; explicit steps were too long for this grid: use the implicit scheme"
         )
     return contact
 
 
 def _too_many(amount: float, step: float) -> ContactError:
     return ContactError(
-        f"local wear: found that explicit steps short enough for this grid are about {amount / step:.2g}; expected "
-        f"at most {_MOST_EXPLICIT_STEPS}; take the implicit scheme, a coarser grid or a shorter test"
+        f"local wear: found a stable number of explicit steps on this grid of about {amount / step:.2g}; expected "
+        f"at most {_MOST_EXPLICIT_STEPS}; use the implicit scheme, a coarser grid or a shorter test"
     )
 
 

@@ -145,17 +145,17 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
     if not increment * _MOST_INCREMENTS >= end:
         raise ContactError(
             f"local wear: found increments of the amount of wear of {increment:.3g} up to {end:.3g}; expected at most "
-            f"{_MOST_INCREMENTS} of them; take longer ones"
+            f"{_MOST_INCREMENTS} of them; use longer ones"
         )
     if correct_every is not None and correct_every < 1:
         raise ContactError(
             f"local wear: found corrections every {correct_every} increments; expected one increment or more between "
-            "them; leave it out for none at all"
+            "them; omit it for no corrections"
         )
     if not 0 <= stress_loss < 1:
         raise ContactError(
-            f"local wear: found a stress loss of {stress_loss:g}; expected a share, from 0 to less than 1; leave it "
-            "out for stresses that are carried over whole"
+            f"local wear: found a stress loss of {stress_loss:g}; expected a share, from 0 to less than 1; omit it to "
+            "carry stresses over in full"
         )
 
 
@@ -165,6 +165,6 @@ def _stable(step: float, state: _State) -> float:
     if step > limit:
         raise ContactError(
             f"local wear: found an increment of the amount of wear of {step:.3g}; expected at most {limit:.3g}, SI, "
-            "since a longer one makes a checkerboard of the pressure on this mesh; take shorter increments"
+            "since a longer one causes a checkerboard pressure on this mesh; use shorter increments"
         )
     return step

@@ -63,8 +63,8 @@ class _Grid(ABC):
         )
         if np.any(contact.pressure[self.half_space.rim] > 0):
             raise ContactError(
-                "local wear: found a contact that reaches the end of the grid; expected it to end before; wear less, "
-                "or take a wider grid"
+                "local wear: found a contact that reaches the end of the grid; expected it to end before; simulate "
+                "less wear, or use a wider grid"
             )
         return contact
 
@@ -184,7 +184,7 @@ def disc_track(
     if widest >= crown_radius:
         raise ContactError(
             f"local wear: found a track {show(2 * widest, None, 'm', 'mm')} wide in the end, on a crown of radius "
-            f"{show(crown_radius, None, 'm', 'mm')}; expected a narrower one; take a shorter distance, or check load, "
+            f"{show(crown_radius, None, 'm', 'mm')}; expected a narrower one; use a shorter distance, or check load, "
             "wear coefficient and radii"
         )
     spacing = (widest / (cells[0] - 1), _MARGIN_ALONG * first.half_length / (cells[1] - 1))
@@ -230,8 +230,8 @@ def measured_pin(
     measured = np.isfinite(heights)
     if not measured.any():
         raise ContactError(
-            "local wear: found no height in the map of the pin; expected at least one; check what was measured, and "
-            "its mask"
+            "local wear: found no height in the map of the pin; expected at least one; check the measurement and its "
+            "mask"
         )
     rows, columns = heights.shape
     gap = np.where(measured, heights[measured].max() - heights, np.inf)

@@ -73,8 +73,8 @@ class Rings:
         contact = pressed(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > self.gap.min():
             raise ContactError(
-                "local wear: found a contact that reaches the last ring; expected it to end before; wear less, or take "
-                "rings further out"
+                "local wear: found a contact that reaches the last ring; expected it to end before; simulate less "
+                "wear, or use rings further out"
             )
         return contact
 

@@ -66,19 +66,19 @@ def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:
             others.append(planned)
     except (KeyError, TypeError, ValueError):
         raise ArchiveError(
-            f"{run_id}: found options of {step.name} that tribopipe cannot read; expected those it writes; take the "
+            f"{run_id}: found options of {step.name} that tribopipe cannot read; expected those it writes; run the "
             "step again"
         ) from None
-    raise ArchiveError(f"{run_id}: found {step.name} made from {_another(step, others)}; take the step again")
+    raise ArchiveError(f"{run_id}: found {step.name} made from {_another(step, others)}; run the step again")
 
 
 def _another(step: Step, others: Sequence[PlannedStep]) -> str:
     """Report what a step was made from that the archive does not hold any more."""
     if not others:
-        return f"a wear coefficient of {step.options.get('reference')}; expected that to be in the archive"
+        return f"a wear coefficient of {step.options.get('reference')}; expected it to be in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]
-    another = f"another {' and '.join(changed)}" if changed else "something else"
-    return f"{another} than the archive holds now; expected the same"
+    another = f"a different {' and '.join(changed)}" if changed else "something else"
+    return f"{another} than the archive contains now; expected the same"
 
 
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:

@@ -35,14 +35,14 @@ def _planned_again(archive: Archive, stored: StoredStudy) -> PlannedStudy:
     planned = planned_study(archive, stored.study, recipe_of(stored.options))
     if tuple(planned.left_out) != stored.result.left_out:
         raise ArchiveError(
-            f"study {stored.study.id}: found other runs marked bad than when it was evaluated; expected the same; run "
-            "the study again"
+            f"study {stored.study.id}: found different runs marked bad from those at its evaluation; expected the "
+            "same; run the study again"
         )
     changed = [run_id for run_id, sha256 in stored.stands_on.items() if planned.stands_on.get(run_id) != sha256]
     if changed:
         raise ArchiveError(
-            f"study {stored.study.id}: found other content of {', '.join(changed)} than it was evaluated on; expected "
-            "the same; run the study again"
+            f"study {stored.study.id}: found content of {', '.join(changed)} that differs from that at its evaluation; "
+            "expected the same; run the study again"
         )
     return planned
 

@@ -24,15 +24,15 @@ def check_agreement(look: Look, mine: SeenRun | SeenStudy, seen: Seen) -> None:
 
 def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenStudy | None) -> None:
     if not isinstance(run, SeenRun):
-        message = f"found that it stands on the run {run_id}, which could not be read; expected it in the archive"
+        message = f"found that it is based on the run {run_id}, which could not be read; expected it in the archive"
         look.note("study", message, "restore that run if it should be there")
     elif raw_sha256 in run.earlier:
-        message = (
-            f"found that it stands on {run_id} as it was before its run.toml was amended; expected it as it is now"
-        )
+        message = f"found that it is based on {run_id} before its run.toml was amended; expected the current version"
         look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
-        message = f"found that it stands on another run {run_id} than the archive holds; expected that one"
+        message = (
+            f"found that it is based on a different run {run_id} from the one in the archive; expected the same one"
+        )
         look.warning("study", message, "run the study again")
 
 
@@ -42,7 +42,10 @@ def _check_borrowed(look: Look, borrowed: Borrowed, known: set[str]) -> None:
         message = f"found a prediction from {borrowed.reference}, whose k_D is not there; expected it in the archive"
         look.note("reference", message, "process it if it should be there", part)
     elif borrowed.sha256 not in known:
-        message = f"found a prediction from another k_D than {borrowed.reference} has now; expected that one"
+        message = (
+            f"found a prediction from a k_D other than the current one of {borrowed.reference}; expected the current "
+            "one"
+        )
         look.warning("reference", message, "process both runs again, or run their study again", part)
 
 

@@ -38,7 +38,7 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
             return [*_gone(archive, kept, recorded), *_different(archive, sound, kept, rebuilt)]
     except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
         if not is_damage(error):
-            look.error("catalogue", f"cannot be read ({error}); expected a file that can be", "verify again")
+            look.error("catalogue", f"cannot be read ({error}); expected a readable file", "verify again")
             return [look]
         look.note("catalogue", f"found it damaged, or of another version ({error}); expected one of this version", _LS)
         return [look]

@@ -22,13 +22,13 @@ def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]
     """
     look, path = Look(name), archive / name
     if path.is_symlink():
-        look.note("file", "found a link; expected the file itself", "see that what it leads to is kept as long", "")
+        look.note("file", "found a link; expected the file itself", "make sure that its target is kept as long", "")
     try:
         return look, _look_inside(path, look)
     except ArchiveError as error:
         look.refused("content", error)
     except OSError as error:
-        why = f"cannot be read ({error.strerror or error}); expected a file that can be"
+        why = f"cannot be read ({error.strerror or error}); expected a readable file"
         look.error("file", why, mended_by(error.errno or 0))
     return look, None
 

@@ -29,8 +29,8 @@ def _left_over(archive: Path) -> Iterator[Look]:
         for part in leftovers(folder):
             if _is_abandoned(archive, part):
                 look = Look(_inside(archive, part))
-                message = "found what a writer left that was killed; the file it was to replace is as it was"
-                look.note("folder", message, "it goes with the next command that writes, or remove it")
+                message = "found a temporary file of a process that was killed; the file it was to replace is unchanged"
+                look.note("folder", message, "the next command that writes removes it")
                 yield look
 
 
@@ -52,7 +52,7 @@ def _others(archive: Path) -> Iterator[Look]:
     for path in _entries(archive, stamps(archive).keys() | _OURS):
         look = Look(_inside(archive, path))
         if path.is_symlink() and not path.exists():
-            look.error("folder", "found a link that leads nowhere; expected the file", "restore what it leads to")
+            look.error("folder", "found a link that leads nowhere; expected the file", "restore its target")
         else:
             look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
         yield look
@@ -76,6 +76,6 @@ def _colliding(archive: Path) -> Iterator[Look]:
         alike[name.casefold()].append(name)
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
-        message = f"found {', '.join(names[1:])} , which differs only in upper and lower case; expected different ids"
+        message = f"found {', '.join(names[1:])}, which differs only in upper and lower case; expected different ids"
         look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
         yield look

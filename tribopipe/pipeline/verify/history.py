@@ -47,8 +47,8 @@ def look_into_history(
             looks += _look_at_files(archive, account, sorted(names), sound)
     except OSError as error:
         look, account = Look(FILE_NAME), Account(archive)
-        why = f"cannot be read ({error.strerror or error}); expected to look at it"
-        look.error("history", why, "nothing is known to be wrong with it; see to that, and run this again")
+        why = f"cannot be read ({error.strerror or error}); expected a readable file"
+        look.error("history", why, "it may be undamaged; make it readable, and run this again")
         return [look], account
     return looks, account
 
@@ -85,8 +85,8 @@ def accept(archive: Path, wanted: str, by: str | None = None) -> list[str]:
     if not accepted:
         open_ones = [_called(name) for name in account.files if _is_open(account.files[name], _state(archive, name))]
         raise ArchiveError(
-            f"{archive}: found nothing to accept of {wanted!r}; expected a run or study of the history that is gone or "
-            f"another one; {did_you_mean(wanted, open_ones)}"
+            f"{archive}: found nothing to accept for {wanted!r}; expected a run or study that is missing or differs "
+            f"from the history; {did_you_mean(wanted, open_ones)}"
         )
     return accepted
 
@@ -105,7 +105,7 @@ def _accept_history(archive: Path, account: Account, by: str | None) -> None:
     if account.begun or stamps(archive) or account.missing():
         append(archive, [])  # which says what is missing
     if not account.read().problems:
-        raise ArchiveError(f"{archive}: found nothing to accept of {FILE_NAME}; expected a history that is not whole")
+        raise ArchiveError(f"{archive}: found nothing to accept for {FILE_NAME}; expected an incomplete history")
     append(archive, [entry("accepted", FILE_NAME, problems=account.fingerprint, by=by)])
     files = account.read().files
     unknown = {name for name in stamps(archive) if name not in files or files[name].by_hand}
@@ -114,12 +114,12 @@ def _accept_history(archive: Path, account: Account, by: str | None) -> None:
 
 def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
-    begin = f"`{_ACCEPT} {FILE_NAME}` goes on without"
+    begin = f"`{_ACCEPT} {FILE_NAME}` continues without it"
     if not account.begun and (count or missing):
-        message = f"found none, though {count} runs and studies are there; expected the history of what was written"
+        message = f"found none, although there are {count} runs and studies; expected the history of what was written"
         look.error("history", message, f"restore it from a copy; {begin}")
     elif missing:
-        message = f"found that lines are gone, the last of them {missing[:16]}; expected all that were written"
+        message = f"found that lines are missing, the last of them {missing[:16]}; expected all that were written"
         look.error("history", message, f"restore it from a copy; {begin}")
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")
@@ -151,17 +151,19 @@ def _look_at_files(archive: Path, account: Account, names: Collection[str], soun
 
 def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entry | None:
     """Note what is wrong with a file; return the line that settles what can be."""
-    known, mend = account.files.get(look.name), f"`{_ACCEPT} {_called(look.name)}` if it is meant to be so"
+    known, mend = account.files.get(look.name), f"`{_ACCEPT} {_called(look.name)}` if this is intended"
     if known is None or (state is not None and known.states == {None}) or (known.by_hand and state in known.states):
         if state is None or look.name not in sound or not can_be_named(look.name):
             return None
         look.note(
-            "history", "found a file that was put in by hand; expected what tribopipe wrote here", "none is needed"
+            "history",
+            "found a file that was added by hand; expected only files written here by tribopipe",
+            "none is needed",
         )
         return entry("adopted", look.name, after=state)
     if known.foreign:
         message = (
-            f"found that another file was in its place when it was written to on {known.foreign}; expected the one"
+            f"found that a different file was in its place when it was written to on {known.foreign}; expected the one"
         )
         look.error("history", f"{message} written before", f"compare it with a copy; {mend}")
     elif state is None and None not in known.states:
@@ -178,7 +180,7 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
 def _other(known: Known, state: State) -> str:
     if state in known.earlier:
         return f"found it as it was on {known.earlier[state]}; expected it as it was written on {known.date}"
-    return f"found another file than the one written on {known.date}; expected that one"
+    return f"found a different file from the one written on {known.date}; expected that one"
 
 
 def _is_in_doubt(known: Known | None, state: State) -> bool:

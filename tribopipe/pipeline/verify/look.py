@@ -67,7 +67,9 @@ class Look:
             if number := number_of(error):
                 self._give_up(number)
             why = (str(error).splitlines() or [""])[0]
-            self.error("content", f"found what cannot be read ({why}); expected what tribopipe wrote", part=part)
+            self.error(
+                "content", f"found content that cannot be read ({why}); expected what tribopipe wrote", part=part
+            )
 
     def _give_up(self, number: int) -> None:
         if not self._not_given:
@@ -79,8 +81,8 @@ class Look:
     def named(self, expected: str, *said: str) -> None:
         """Note where a file states that it is of another id than its name."""
         for one in sorted({*said} - {expected}):
-            message = f"found what is archived as {one!r}; expected {expected!r}, as the file is called"
-            self.error("identity", message, f"call the file {one}.h5 again, or restore it from a copy")
+            message = f"found content archived as {one!r}; expected {expected!r}, as in the file name"
+            self.error("identity", message, f"rename the file to {one}.h5, or restore it from a copy")
 
     def refused(self, check: CheckName, error: TribopipeError, part: str = "") -> None:
         """Take over the sentence of an error: where, what was found, what was expected, how to correct it."""

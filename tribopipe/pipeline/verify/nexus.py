@@ -86,7 +86,7 @@ def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root
         yield Fault(path, "found a name that NeXus does not allow; expected letters, digits and _")
     declared = holder.member(name, _text(member, "NX_class") if isinstance(member, Group) else None)
     if declared is None:
-        yield Fault(path, "found what the file's definition does not know; expected nothing of this name there")
+        yield Fault(path, "found an item that is not in the file's definition; expected nothing with this name there")
     elif isinstance(member, Link):
         if not isinstance(root.at(member.path), Field) or isinstance(declared, GroupPart):
             yield Fault(path, f"found a link to {member.path}, where there is no field; expected one")
@@ -111,7 +111,7 @@ def _field_faults(path: str, member: Field, declared: FieldPart) -> Iterator[Fau
         found = "no units" if _unit(member) is None else f"the units {_unit(member)!r}"
         yield Fault(path, f"found {found}; expected {' or '.join(declared.units)}")
     for wrong in {"signal", "axis"} & member.attributes.keys():
-        yield Fault(path, f"found the attribute {wrong!r} at a field; expected it at its group")
+        yield Fault(path, f"found the attribute {wrong!r} on a field; expected it on its group")
 
 
 def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
@@ -187,7 +187,7 @@ def _unit_faults(path: str, data: Group, names: Sequence[str], root: Group) -> I
     for name in names:
         field = _plotted(data, name, root)
         if field is not None and _unit(field) is None:
-            yield Fault(f"{path}/{name}", "found no units; expected the attribute at all that is plotted")
+            yield Fault(f"{path}/{name}", "found no units; expected the attribute on everything that is plotted")
 
 
 def _default_faults(root: Group) -> Iterator[Fault]:
@@ -195,7 +195,7 @@ def _default_faults(root: Group) -> Iterator[Fault]:
     entry = root.members.get(_text(root, "default") or "")
     data = entry.members.get(_text(entry, "default") or "") if isinstance(entry, Group) else None
     if not isinstance(data, Group) or _text(data, "NX_class") != "NXdata":
-        yield Fault("", "found no plot by the attributes 'default'; expected them to lead to an NXdata")
+        yield Fault("", "found no plot through the attributes 'default'; expected them to lead to an NXdata")
 
 
 def _plotted(data: Group, name: str | None, root: Group) -> Field | None:

@@ -21,12 +21,14 @@ def recompute(archive: Archive, look: Look, name: str, *, study: bool) -> None:
 def _tell(look: Look, name: str, step: Redone) -> None:
     part = "" if step.name == "study" else f"/entry/{step.name}"
     if step.outcome == "not compared":
-        look.note("recompute", f"found nothing to compare ({step.why}); expected the step again", "process it", part)
+        look.note(
+            "recompute", f"found nothing to compare ({step.why}); expected the recomputed step", "process it", part
+        )
         return
     first, count = step.differences[0], len(step.differences)
     changed = ", ".join(f"{what} {then}, now {now}" for what, (then, now) in step.environment.items())
     message = (
-        f"found {count} of {step.compared} values other than they come out now, most of all {first.where}, archived as "
-        f"{first.then}, now {first.now}{f' (computed with {changed})' if changed else ''}; expected the same"
+        f"found {count} of {step.compared} values that differ when computed again, most of all {first.where}, archived "
+        f"as {first.then}, now {first.now}{f' (computed with {changed})' if changed else ''}; expected the same"
     )
     look.warning("recompute", message, f"`tribopipe reproduce {name}` shows them all", part)

@@ -58,7 +58,11 @@ def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
         run = read_raw(file)
         look.named(run_id, nexus.text(entry, "identifier_run"), run.id)
         if raw_digest(run) != seen.raw_sha256:
-            look.error("raw", "found other content than was ingested; expected that of its SHA-256", part="/entry/raw")
+            look.error(
+                "raw",
+                "found content that differs from what was ingested; expected that of its SHA-256",
+                part="/entry/raw",
+            )
         check_shown(entry, look, run.manifest, steps)
     with look.reading("/entry/source_files"):
         _check_sources(entry["source_files"], look)
@@ -79,14 +83,16 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
     for note in sources.values():
         if source_sha256(note["data"]) != nexus.text(note, "checksum"):
             came = nexus.text(note, "file_name")
-            look.error("source", f"found other bytes than {came} had; expected those of its SHA-256", part=note.name)
+            look.error(
+                "source", f"found bytes that differ from those of {came}; expected those of its SHA-256", part=note.name
+            )
 
 
 def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
     """Yield the fingerprint of the ingested run with each earlier run.toml."""
     for one in read_earlier(entry):
         if one.source.sha256 != one.checksum:
-            message = f"found other bytes than {one.source.name} had; expected those of its SHA-256"
+            message = f"found bytes that differ from those of {one.source.name}; expected those of its SHA-256"
             look.error("source", message, part=f"/entry/{EARLIER}")
         yield one.raw_sha256
 
@@ -104,15 +110,19 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
     part = f"/entry/{step.name}"
     with look.reading(part):
         if nexus.text(entry[step.name], "fingerprints/result_sha256") != there[step.name]:
-            look.error("result", "found another result than the step had; expected the one of its SHA-256", part=part)
+            look.error(
+                "result",
+                "found a result that differs from that of the step; expected the one of its SHA-256",
+                part=part,
+            )
     if not step.stands_on:
         return
     if inputs_digest(step.program_version, step.name, step.options, step.stands_on) != step.inputs_sha256:
-        message = "found other inputs than the step was made from; expected those of its SHA-256"
+        message = "found inputs that differ from those of the step; expected those of its SHA-256"
         look.error("inputs", message, part=part)
     for base, made_from in step.stands_on.items():
         if base in there and made_from != there[base]:
-            message = f"found that it stands on another {base} than the file holds; expected that one"
+            message = f"found that it is based on a different {base} from the one in the file; expected the same one"
             look.warning("inputs", message, _AGAIN, part)
 
 

@@ -27,7 +27,9 @@ def check_shown(entry: h5py.Group, look: Look, manifest: RunManifest, steps: Map
     for name, values in wear_curves(steps).items():
         plotted = entry["wear"][name]
         if not np.array_equal(unpacked(plotted), values, equal_nan=True):
-            look.warning("shown", "found a curve that is not that of its step; expected the same", _REDO, plotted.name)
+            look.warning(
+                "shown", "found a curve that differs from that of its step; expected the same", _REDO, plotted.name
+            )
 
 
 def _compare(group: h5py.Group, look: Look, record: Record) -> None:

@@ -31,7 +31,7 @@ def look_into_study(file: h5py.File, look: Look, study_id: str) -> SeenStudy:
     look.named(study_id, nexus.text(file, "entry/identifier_study"), stored.study.id)
     left_out, runs = stored.result.left_out, stored.stands_on.values()
     if runs and stored.inputs_sha256 != digest(stored.program_version, stored.study, stored.options, *left_out, *runs):
-        look.error("inputs", "found other inputs than the study was made from; expected those of its SHA-256")
+        look.error("inputs", "found inputs that differ from those of the study; expected those of its SHA-256")
     fit = stored.study.fit
     return SeenStudy(
         stored.stands_on,

@@ -48,7 +48,7 @@ _BODIES = {
 _DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "depth worn")
 _WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the track")
 _VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "volume worn")
-_MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass lost; needs the density")
+_MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass loss; requires the density")
 _PROFILE = Blank('{ file = "profile.txt" }', "profile in a file next to this one, or several: [{ … }, { … }]")
 
 BLANKS: dict[str, Blank] = {
@@ -62,22 +62,24 @@ BLANKS: dict[str, Blank] = {
     "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
     "conditions.track_radius": Blank('"6 mm"', "radius of the circle that the pin slides on"),
-    "conditions.rotational_speed": Blank('"328 rpm"', "of the disc; with track_radius in the place of sliding_speed"),
-    "conditions.stroke": Blank('"10 mm"', "length of one stroke of a pin that slides there and back"),
-    "conditions.frequency": Blank(
-        '"5 Hz"', "cycles there and back a second; with stroke in the place of sliding_speed"
-    ),
+    "conditions.rotational_speed": Blank('"328 rpm"', "of the disc; with track_radius instead of sliding_speed"),
+    "conditions.stroke": Blank('"10 mm"', "length of one stroke of a pin that slides back and forth"),
+    "conditions.frequency": Blank('"5 Hz"', "cycles back and forth per second; with stroke instead of sliding_speed"),
     "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
     "conditions.curved_disc_speed": Blank('"800 mm/s"', "tangential speed of the crowned disc"),
     "conditions.flat_disc_speed": Blank('"832 mm/s"', "tangential speed of the cylindrical disc; or give slip"),
     "conditions.slip": Blank('"4 %"', "(v2 - v1)/v1 of the cylindrical disc against the crowned one"),
     "conditions.rotations": Blank("1e6", "planned rotations of the crowned disc"),
-    "conditions.medium": Blank('"air"', "what surrounds the contact"),
+    "conditions.medium": Blank('"air"', "environment or lubricant of the contact"),
     "conditions.temperature": Blank('"23 degC"', "room temperature"),
     "conditions.relative_humidity": Blank('"45 %"', "relative humidity of the air"),
     "end_values.pin_scar_diameter": Blank(_WIDTH.example, "diameter of the flat scar on the pin"),
-    "end_values.pin_scar_length": Blank(_WIDTH.example, "where the disc wore: length of the scar, along the sliding"),
-    "end_values.pin_scar_width": Blank(_WIDTH.example, "where the disc wore: width of the scar, across the sliding"),
+    "end_values.pin_scar_length": Blank(
+        _WIDTH.example, "if the disc wore: length of the scar along the sliding direction"
+    ),
+    "end_values.pin_scar_width": Blank(
+        _WIDTH.example, "if the disc wore: width of the scar across the sliding direction"
+    ),
     "end_values.pin_wear_depth": Blank(_DEPTH.example, "wear height of the pin"),
     "end_values.pin_wear_volume": _VOLUME,
     "end_values.pin_mass_loss": _MASS,
@@ -97,7 +99,9 @@ BLANKS: dict[str, Blank] = {
             ("profile", _PROFILE),
         )
     },
-    "sensors.depth_scale": Blank("{ value = 1, standard_uncertainty = 0.005 }", "true displacement over that read"),
+    "sensors.depth_scale": Blank(
+        "{ value = 1, standard_uncertainty = 0.005 }", "true displacement divided by the reading"
+    ),
 }
 """By key of run.toml."""
 

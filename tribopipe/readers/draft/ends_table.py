@@ -94,8 +94,8 @@ class EndsTable(NamedTuple):
         for row in self.rows:
             if row.run.casefold() not in known:
                 raise ManifestError(
-                    f"{self.name}, line {row.line}: found the run {row.run!r}, of which there is no file; expected one "
-                    f"of those named; {did_you_mean(row.run, list(names))}"
+                    f"{self.name}, line {row.line}: found the run {row.run!r}, for which there is no file; expected "
+                    f"one of the named files; {did_you_mean(row.run, list(names))}"
                 )
 
 
@@ -177,7 +177,7 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
         bare, is_uncertainty = _bare(name)
         if plain(bare) in _OF_TWO:
             raise ManifestError(
-                f"{file}, line {head.line}: found the column {written!r}, which may be of the pin or the disc; "
+                f"{file}, line {head.line}: found the column {written!r}, which may be for the pin or the disc; "
                 "expected a clear name; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
             )
         key = _key(bare)

@@ -94,9 +94,9 @@ def _plans(files: Sequence[Path], wanted: Wanted, measured: EndsTable | None) ->
             continue
         for plan in found:
             if plan.target.exists():
-                why = f"{plan.target} is there already"
+                why = f"{plan.target} already exists"
             elif any(plan.target == other.target for other in plans):
-                why = f"another file makes the run {plan.draft.id} already; make it with --id"
+                why = f"another file already makes the run {plan.draft.id}; specify a different id with --id"
             else:
                 plans.append(plan)
         if why:
@@ -107,7 +107,7 @@ def _plans(files: Sequence[Path], wanted: Wanted, measured: EndsTable | None) ->
 def _no_export(path: Path, taken: dict[str, str]) -> str:
     """Report why no run is made of a file: nothing reads it, or another one has the same bytes."""
     if path.suffix.lower() in _NO_EXPORTS:
-        return "no export of an instrument"
+        return "not an instrument export"
     source = open_export(path)
     before = taken.setdefault(source.sha256, path.name)
     if before != path.name:
@@ -115,7 +115,9 @@ def _no_export(path: Path, taken: dict[str, str]) -> str:
     found = [one for one in candidates(source) if is_sure(one.match)]
     if not found:
         return "no reader knows its format"
-    return "" if found[0].reader.holds == "signals" else f"a profile ({found[0].reader.title}); name it by --profile"
+    return (
+        "" if found[0].reader.holds == "signals" else f"a profile ({found[0].reader.title}); specify it with --profile"
+    )
 
 
 def _name_aborted(plans: Sequence[RunPlan]) -> None:

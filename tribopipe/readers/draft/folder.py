@@ -219,8 +219,8 @@ def refuse_places(plans: Sequence[RunPlan]) -> None:
         _refuse_taken(plan.target)
         if plan.target in taken:
             raise ManifestError(
-                f"{plan.target}: found two runs of that id; expected one each; rename the sheets or rows, or make a "
-                "run of each with --sheet and --id"
+                f"{plan.target}: found two runs with that id; expected a unique id for each; rename the sheets or "
+                "rows, or make a run of each with --sheet and --id"
             )
         taken.add(plan.target)
 
@@ -253,7 +253,7 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
 
 def _one_test(group: Group) -> str:
     return (
-        f"{len(group.exports)} files are taken as one test, one after the other, although the clock restarts in each; "
+        f"{len(group.exports)} files are treated as one test, in sequence, although the clock restarts in each; "
         "for separate tests make one run each, or use `tribopipe watch FOLDER`"
     )
 
@@ -304,8 +304,8 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
     for name in names:
         if name.lower() in taken:
             raise ReaderError(
-                f"{name}: found it twice, as {taken[name.lower()]} has that name too; expected files of different "
-                "names, since they stand in one folder; rename one"
+                f"{name}: found it twice, as {taken[name.lower()]} has that name too; expected files with different "
+                "names, since they are stored in one folder; rename one"
             )
         taken[name.lower()] = "another file"
 
@@ -327,8 +327,8 @@ def _building(target: Path) -> Iterator[Path]:
             part.mkdir()
         except PermissionError as error:
             raise ManifestError(
-                f"{target}: cannot be made ({error.strerror}); expected a folder with write permission; name another "
-                "with --into"
+                f"{target}: cannot be created ({error.strerror}); expected a folder with write permission; name "
+                "another with --into"
             ) from error
         yield part
         _refuse_taken(target)

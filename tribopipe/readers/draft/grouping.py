@@ -62,9 +62,9 @@ def grouped(exports: Sequence[Export]) -> list[Group]:
 def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
-            f"{other}: found {other.rows} rows and other columns than in {first}, which has {first.rows}; expected "
-            "files that continue each other, with the same columns, or channels over the same time base, with as many "
-            "rows; make a run of each test"
+            f"{other}: found {other.rows} rows and columns that differ from {first}, which has {first.rows} rows; "
+            "expected files that continue each other, with the same columns, or channels over the same time base, with "
+            "the same number of rows; make one run per test"
         )
     before, found = _times(first), _times(other)
     if before is None or found is None:
@@ -73,7 +73,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if np.allclose(before[:seen], found[:seen], rtol=1e-9, atol=0, equal_nan=True):
         return
     raise ReaderError(
-        f"{other}: found other times than in {first}; expected channels over the same time base; make a run of each "
+        f"{other}: found times that differ from {first}; expected channels over the same time base; make one run per "
         "test, or merge the files on one time base first"
     )
 

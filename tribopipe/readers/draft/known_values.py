@@ -195,8 +195,8 @@ class Known:
         """Note what contradicts a value that is known."""
         given = self.given[key]
         self.dissent.append(
-            f"{key}: found {given.value} {given.origin or 'as you state it'}, but {other}; expected both to agree; see "
-            "which of them holds"
+            f"{key}: found {given.value} {given.origin or 'as you state it'}, but {other}; expected both to agree; "
+            "check which one is correct"
         )
 
     def offered(self, key: str) -> Doubt | None:
@@ -299,7 +299,7 @@ def _strange(key: str) -> str | None:
     names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
     if key in sections() or key in _ELSEWHERE or table not in sections():
         example = f"{key}.{next(iter(sections()[key].model_fields))}" if key in sections() else LOAD
-        return f"{key}: found what is no key to be filled; expected one such as {example}"
+        return f"{key}: found a key that cannot be filled in; expected one such as {example}"
     return None if name in names else f"{key}: unknown key; {did_you_mean(name, names)}"
 
 

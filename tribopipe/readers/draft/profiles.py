@@ -67,7 +67,7 @@ def which_profile(known: Known, exports: Sequence[Export]) -> None:
 def profiles_left_open(known: Known) -> list[str]:
     """Report for which profiles run.toml holds but a comment, and why."""
     return [
-        f"{run_key(key, known.kind)} waits in a comment of run.toml: {doubt.why}"
+        f"{run_key(key, known.kind)} is in a comment of run.toml: {doubt.why}"
         for key, doubts in known.doubts.items()
         if key.endswith("_profile")
         for doubt in doubts

@@ -21,7 +21,7 @@ _OF_EACH = ("material", "youngs_modulus", "poisson_ratio")
 _MORE_WORDS = {
     LOAD: "; needed",
     f"{_PIN}.radius": '; or "D = 6 mm" for a diameter',
-    _SHAPE: "; with none of the bodies described, friction alone is evaluated",
+    _SHAPE: "; without a description of the bodies, only friction is evaluated",
 }
 
 
@@ -68,6 +68,6 @@ def _of_the_bodies(kind: str) -> Iterator[str]:
 def _question(known: Known, key: str) -> str:
     blank = blanks_of(known.kind)[key]
     doubts = [f"{doubt.value}: {doubt.why}" for doubt in known.doubts.get(key, [])]
-    yes = ["y takes it"] if known.offered(key) else []
+    yes = ["y accepts it"] if known.offered(key) else []
     told = "; ".join([*(doubts or [f"such as {blank.value}"]), *yes, "Enter leaves it open"])
     return f"{key}, {blank.words}{_MORE_WORDS.get(key, '')} ({told})"

@@ -32,7 +32,7 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     """Name the sheets of a workbook that each hold a test. Raises ``ReaderError`` where it is none."""
     if len(files) != 1:
         raise ReaderError(
-            f"--each-sheet: found {len(files)} files; expected one workbook; make the runs of each by itself"
+            f"--each-sheet: found {len(files)} files; expected one workbook; make the runs of each workbook separately"
         )
     source = open_export(files[0])
     found = detect(source, holds="signals") if reader is None else chosen_reader(reader)
@@ -93,6 +93,7 @@ def steps_left_together(export: Export) -> str | None:
         return None
     steps = steps_in(export.table, name, export.name)
     return (
-        f"{export.name}: column {name!r} numbers the steps {spoken_steps(steps)}, which are taken as one test; steps "
-        f"of their own load, speed or track make a run each: tribopipe new {export.name} --split {name!r}"
+        f"{export.name}: column {name!r} numbers the steps {spoken_steps(steps)}, which are treated as one test; if "
+        f"load, speed or track differ between steps, make one run per step: tribopipe new {export.name} --split "
+        f"{name!r}"
     )

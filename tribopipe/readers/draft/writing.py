@@ -18,10 +18,10 @@ _WIDTH = 110
 _WIDEST_CODE = 76
 """Of lines whose remarks are put below each other."""
 _WITHOUT_BODIES = (
-    "# The two bodies; without them friction alone is evaluated. Take out the # at the start of these lines, of all",
-    "# tables together, once the bodies are described.",
+    "# The two bodies; without them only friction is evaluated. Remove the # at the start of these lines, in all",
+    "# tables at the same time, once the bodies are described.",
 )
-_AFTERWARDS = "# What was measured on the specimens afterwards; take out the # at the start of what is known."
+_AFTERWARDS = "# Post-test measurements of the specimens; remove the # at the start of those that are known."
 
 
 @dataclass(frozen=True)
@@ -161,5 +161,5 @@ def _files(group: Group) -> list[_Line]:
 
 def _unmapped(export: Export, mapped: list[Mapped]) -> list[str]:
     names = ", ".join(unmapped_columns(export, mapped))
-    told = f"Kept without a meaning: {one_line(names)}" if names else ""
+    told = f"Kept, but not used as signals: {one_line(names)}" if names else ""
     return [f"# {line}" for line in wrap(told, _WIDTH)]

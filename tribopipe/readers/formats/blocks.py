@@ -189,8 +189,8 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     columns = _joined(text, tables)
     if sum(counts) != len(columns[0].values):
         raise ReaderError(
-            f"{text.name}: found {len(columns[0].values)} rows in {sum(counts)} lines of numbers; expected a line for "
-            "each row; leave out quotation marks"
+            f"{text.name}: found {len(columns[0].values)} rows in {sum(counts)} lines of numbers; expected one line "
+            "per row; remove quotation marks"
         )
     notes += [note for table in tables for note in table.notes if note not in notes]
     notes += _broken_claims(segments, counts) + _repeated(columns, counts)
@@ -219,7 +219,7 @@ def _without_cut_row(text: Text, segments: Sequence[Segment]) -> tuple[list[Segm
     above = _split(text.content[max(block.start, start - LONGEST_LINE) : start], last.layout.separator)[-_SAMPLE_ROWS:]
     if _is_whole(_split(text.content[start:], last.layout.separator), above):
         return list(segments), []
-    note = f"line {line_at(text, start)}, the last one, has no line end and is left out, since it may have been cut"
+    note = f"line {line_at(text, start)}, the last one, has no line end and is omitted, since it may be truncated"
     kept = [replace(last, block=block._replace(end=start))] if start > block.start else []
     return [*others, *kept], [note]
 
@@ -283,7 +283,7 @@ def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[s
     """Report where heads claim other numbers of rows than there are."""
     held = [*counts, *[0] * (len(segments) - len(counts))]
     broken = [
-        f"segment {number} claims {segment.claimed} and holds {count}"
+        f"segment {number} declares {segment.claimed} and contains {count}"
         for number, (segment, count) in enumerate(zip(segments, held, strict=True), 1)
         if segment.claimed is not None and segment.claimed != count
     ]

@@ -71,7 +71,7 @@ class GwyddionReader:
             if column.first_bad is not None:
                 line, found = column.first_bad
                 raise ReaderError(
-                    f"{text.name}, line {line}: found {found!r} in the matrix; expected numbers alone; correct that "
+                    f"{text.name}, line {line}: found {found!r} in the matrix; expected only numbers; correct that "
                     "line, "
                     "or export the map again"
                 )
@@ -79,7 +79,7 @@ class GwyddionReader:
         rows, columns = heights.shape
         if rows < 2:
             raise ReaderError(
-                f"{text.name}: found a matrix of a single row; expected those of a map; copy the file again, or "
+                f"{text.name}: found a matrix of a single row; expected several rows; copy the file again, or "
                 "export a profile as columns x z"
             )
         x = np.tile((np.arange(columns) + 0.5) * extents.wide[0] / columns, rows)

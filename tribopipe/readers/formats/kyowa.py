@@ -152,11 +152,11 @@ def _notes(head: _Head, table: ReadTable, columns: tuple[ReadColumn, ...]) -> li
         column.name for column, as_read in zip(columns, table.columns, strict=True) if column.unit != as_read.unit
     ]
     if forces:
-        notes.append(f"g and kg of {', '.join(forces)} are taken as gram-force and kilogram-force")
+        notes.append(f"g and kg of {', '.join(forces)} are interpreted as gram-force and kilogram-force")
     claimed = count_in("".join(head.said.get("samples", [])[:1]))
     present = len(table.columns[0].values)
     if claimed not in (None, present):
-        notes.append(f"the header claims {claimed} samples; {present} are there")
+        notes.append(f"the header declares {claimed} samples; {present} are present")
     return notes
 
 

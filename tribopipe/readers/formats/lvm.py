@@ -149,14 +149,14 @@ def _without_specials(text: Text) -> Text:
     content = _SPECIAL.sub(lambda block: re.sub(rb"[^\r\n]", b" ", block[0]), text.content)
     if content == text.content:
         return text
-    return replace(text, content=content, notes=(*text.notes, "blocks marked ***Start_Special*** are left out"))
+    return replace(text, content=content, notes=(*text.notes, "blocks marked ***Start_Special*** are omitted"))
 
 
 def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[Segment], list[_Heading]]:
     """Find the rows of each segment, and what is stated about them above."""
     if not blocks or not blocks[0].head or not _TITLE.fullmatch(blocks[0].head[0]):
         raise ReaderError(
-            f"{text.name}, line 1: found another first line than 'LabVIEW Measurement'; expected a LabVIEW measurement "
+            f"{text.name}, line 1: found a first line other than 'LabVIEW Measurement'; expected a LabVIEW measurement "
             "file; name another reader in run.toml"
         )
     separator = hints.separator or ("\t" if any("\t" in line for line in blocks[0].head) else ",")
@@ -250,7 +250,8 @@ def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tupl
     columns, certain = _computed(columns, headings)
     if not certain:
         note = (
-            "packets may lie apart or channels differ: it is not taken as time; where it is, map time to it in run.toml"
+            "there may be gaps between packets, or channels may differ: it is not used as time; if it is time, map "
+            "time to it in run.toml"
         )
         return columns, [f"X_Value is computed as X0 + n Delta_X, though {note}"]
     columns, notes = _with_time(columns, headings)
@@ -266,9 +267,9 @@ def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> t
     if not xs or not all(heading.is_time for heading in headings):
         return list(columns), []
     if any(not np.array_equal(xs[0].values, other.values, equal_nan=True) for other in xs[1:]):
-        return list(columns), ["channels have times of their own, so that none is the time of all"]
+        return list(columns), ["each channel has its own times, so that none applies to all"]
     if broken is None and np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
-        return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not taken as time"]
+        return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not used as time"]
     return [with_meaning(column, "time") if column is xs[0] else column for column in columns], []
 
 

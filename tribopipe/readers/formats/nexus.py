@@ -60,7 +60,7 @@ class NexusReader:
         line, _, numbers = answer.partition(b"\n")
         said = json.loads(line)
         if said["format"] not in _FORMATS:
-            raise _refused(source, f"the format {said['format']!r} where {', '.join(_FORMATS)} are known")
+            raise _refused(source, f"the format {said['format']!r}, but only {', '.join(_FORMATS)} are known")
         columns = tuple(_columns(said["columns"], np.frombuffer(numbers, "<f8")))
         _check(source, columns)
         return ReadTable(columns, "".join(said["headers"]), (), dict(_facts("", said["manifest"])))
@@ -105,7 +105,7 @@ def _check(source: SourceFile, columns: tuple[ReadColumn, ...]) -> None:
         raise _refused(source, "columns that share a name, or have none")
     unknown = next((column for column in columns if column.unit is not None and not is_unit(column.unit)), None)
     if unknown is not None:
-        raise _refused(source, f"the unit {unknown.unit!r} of {unknown.name!r}, which is none")
+        raise _refused(source, f"the unit {unknown.unit!r} of {unknown.name!r}, which is unknown")
 
 
 def _facts(key: str, said: Any) -> Iterator[tuple[str, str]]:

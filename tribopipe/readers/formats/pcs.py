@@ -216,7 +216,10 @@ def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     if started:
         facts["started"] = started
     elif written:
-        notes.append(f"when the test started, {written}, may be day or month first and is not taken from the header")
+        notes.append(
+            f"the start time of the test, {written}, may have the day or the month first and is not taken from the "
+            "header"
+        )
     return facts, notes
 
 

@@ -150,7 +150,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
         unit = None if column.name in open_ else column.unit
         meant.append(replace(column, unit=unit, signal=signal if known else None))
     if any(one.signal == "depth" and _bracketed(one.name) is None for one in meant):
-        notes.append("Displacement is taken in µm, as the program writes it; no identity bears that out")
+        notes.append("Displacement is assumed to be in µm, as written by the program; no identity confirms this")
     return tuple(meant), notes
 
 
@@ -200,7 +200,7 @@ def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]
         for one, ratio in broken.items()
     ]
     listed = ", ".join(map(repr, sorted(names)))
-    return names, notes + ([f"the units of {listed} are left open; the header holds none"] if names else [])
+    return names, notes + ([f"the units of {listed} are left open; the header contains none"] if names else [])
 
 
 def _units_of(identity: Identity, roles: Mapping[Role, ReadColumn]) -> str:

@@ -184,8 +184,8 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
         return None
     row = table.rows[table.body]
     return (
-        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected to know whether commas separate "
-        "columns or are decimal signs; export the profile with another separator"
+        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected commas to be clearly column separators "
+        "or decimal signs; export the profile with a different separator"
     )
 
 
@@ -196,13 +196,13 @@ def _by_positions(found: _Points, text: Text) -> Match:
     positions = _positions(found.table, text)
     if found.width == 2:
         if _goes_one_way(positions[0]):
-            return Match(0.6, "two bare columns, positions and heights by all that can be seen")
-        return Match(0.2, "two bare columns, the first of which goes back and forth as no position does")
+            return Match(0.6, "two bare columns, apparently positions and heights")
+        return Match(0.2, "two bare columns, the first of which goes back and forth, unlike a position")
     for along, across in (positions, positions[::-1]):
         lines = np.split(along, np.flatnonzero(np.diff(across) != 0) + 1)
         if 1 < len(lines) <= len(along) // 2 and all(map(_goes_one_way, lines[:-1])):
             return Match(0.6, f"three bare columns, points of a map with {len(lines[0])} in the first scan line")
-    return Match(0.2, "three bare columns, in the head of which no scan line ends")
+    return Match(0.2, "three bare columns, without the end of a scan line at the beginning")
 
 
 def _positions(table: Table, text: Text) -> list[Column]:

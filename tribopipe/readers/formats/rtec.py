@@ -183,6 +183,9 @@ def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
     if started:
         facts["started"] = started
     elif written:
-        note = f"when the test started, {written}, may be day or month first and is not taken from the header"
+        note = (
+            f"the start time of the test, {written}, may have the day or the month first and is not taken from the "
+            "header"
+        )
         return facts, [note]
     return facts, []

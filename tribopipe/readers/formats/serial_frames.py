@@ -58,16 +58,16 @@ class SerialFramesReader:
         notes = []
         if found and found[-1] is None:
             del found[-1]
-            notes.append("the last frame is cut; it is left out")
+            notes.append("the last frame is truncated; it is omitted")
         unit = _unit(source.name, {frame["unit"].upper() for frame in found if frame})
         broken = [number for number, frame in enumerate(found, 1) if frame is None]
         if broken:
             text = frames[broken[0] - 1].decode(errors="replace").strip()
             notes.append(
-                f"{len(broken)} of {len(found)} frames are broken and taken as missing samples, the first is frame "
+                f"{len(broken)} of {len(found)} frames are broken and treated as missing samples; the first is frame "
                 f"{broken[0]}: {text[:40]!r}"
             )
-        notes.append("frames carry no time; map time or sliding distance from a file with a row for each frame")
+        notes.append("frames contain no time; map time or sliding distance from a file with a row for each frame")
         columns = (
             ReadColumn("load", np.array([_number(frame) for frame in found]), unit),
             ReadColumn("motion", np.array([_moves(frame) for frame in found]), "1"),

@@ -65,15 +65,16 @@ class SurfaceTopographyReader:
         found = next((title for mark, title in _MARKS.items() if source.content.startswith(mark)), None)
         found = found or _archive(source.content)
         if found is None:
-            return Match(0.0, "none of the marks that binary files of profilometers begin with")
+            return Match(0.0, "no signature of a binary file of a profilometer")
         return Match(0.55, f"the file begins as {found} does")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:  # noqa: ARG002 - a binary file takes no hints
         """Parse the file; ``ReaderError`` where the package is missing or cannot read it."""
         if find_spec(_PACKAGE) is None:
             raise ReaderError(
-                f"{source.name}: found a file that the package SurfaceTopography reads; expected it to be "
-                'installed; run `pip install "tribopipe[surface]"`, or export the profile as text'
+                f"{source.name}: found a file that requires the package SurfaceTopography; expected it to be "
+                "installed; run `pip install "
+                '"tribopipe[surface]"`, or export the profile as text'
             )
         try:
             with warnings.catch_warnings(action="ignore"):

@@ -145,7 +145,7 @@ def _refuse_misfit(source: SourceFile, chain: _Chain, channels: list[Any]) -> No
     most = sum(len(channel) * (size or 1) for channel, size in zip(channels, sizes, strict=True))
     exact = chain.note is None and None not in sizes
     if most > len(source.content) or (exact and most != chain.data):
-        raise _damaged(source, f"found channels of {most} bytes in all where segments hold {chain.data}")
+        raise _damaged(source, f"found channels of {most} bytes in total, but segments hold {chain.data}")
 
 
 def _damaged(source: SourceFile, found: str) -> ReaderError:
@@ -193,8 +193,7 @@ class _Group:
             first = next(channel for channel in self.channels if len(channel) == self.rows)
             raise ReaderError(
                 f"{self.source.name}: found {len(first)} samples of {first.name!r} and {len(other)} of {other.name!r} "
-                f"in the group {self.group.name!r}; expected one length; export channels of one rate in a file of "
-                "their own"
+                f"in the group {self.group.name!r}; expected one length; export channels of one rate in a separate file"
             )
 
     def table(self) -> ReadTable:
@@ -214,11 +213,11 @@ class _Group:
         if values.dtype.kind in "fiub":
             return ReadColumn(name, values.astype(np.float64), _unit(channel, notes))
         if values.dtype.kind == "M":
-            notes.append(f"channel {name!r} holds dates; given are seconds since {_iso(values[0])} UTC")
+            notes.append(f"channel {name!r} contains dates; they are converted to seconds since {_iso(values[0])} UTC")
             return ReadColumn(name, seconds_since_first(values), "s", "time")
         if values.dtype.kind in "OU":
             return text_column(name, [_plain(value) for value in values], _unit(channel, notes))
-        notes.append(f"channel {name!r} holds neither numbers nor texts and is left out")
+        notes.append(f"channel {name!r} contains neither numbers nor texts and is omitted")
         return None
 
     def _waveform_times(self) -> Iterator[ReadColumn]:
@@ -228,7 +227,7 @@ class _Group:
             raise ReaderError(
                 f"{self.source.name}: found different times between samples in the channels "
                 f"{' and '.join(map(repr, list(tracks.values())[:2]))}; expected one rate in a group; export channels "
-                "of one rate in a file of their own"
+                "of one rate in a separate file"
             )
         for increment, offset, name, unit in tracks:
             if math.isfinite(increment) and math.isfinite(offset) and increment > 0 and is_unit(unit):

@@ -234,7 +234,7 @@ def _missing_steps(blocks: Sequence[Block], segments: Sequence[Segment]) -> list
     claimed = _setting(lines, "Total number of steps")
     if claimed is None or claimed <= len(segments):
         return []
-    return [f"the header counts {claimed} steps, of which {len(segments)} have rows"]
+    return [f"the header declares {claimed} steps, of which {len(segments)} have rows"]
 
 
 def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict[str, str], list[str]]:
@@ -248,7 +248,9 @@ def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict
     if started:
         facts["started"] = started
     elif dated:
-        notes.append("when the test started is not taken from the header, since its dates are not '12 May 2022'")
+        notes.append(
+            "the start time of the test is not taken from the header, since its dates are not in the form '12 May 2022'"
+        )
     load = _load(lines, columns)
     if load:
         facts["conditions.normal_load"] = load

@@ -94,7 +94,7 @@ class WorkbookReader:
         joined = join_parts(source.name, "sheet", tables)
         left = [sheet["name"] for sheet in filled if not sheet["visible"] and hints.sheet is None]
         above = _settings(filled, tests or tables) + joined.header
-        hidden = [f"sheet {name!r} is hidden and is left out" for name in left]
+        hidden = [f"sheet {name!r} is hidden and omitted" for name in left]
         return with_srv_meanings(replace(joined, header=above, notes=(*joined.notes, *hidden)))
 
     def first_sheet(self, source: SourceFile) -> str:
@@ -156,7 +156,7 @@ def _refuse_bombs(source: SourceFile) -> None:
         ) from None
     if size > _MOST_BYTES:
         raise ReaderError(
-            f"{source.name}: found {size >> 20} MB in the sheets unpacked; expected at most {_MOST_BYTES >> 20} MB; "
+            f"{source.name}: found {size >> 20} MB in the unpacked sheets; expected at most {_MOST_BYTES >> 20} MB; "
             "export the table as text instead"
         )
 
@@ -200,8 +200,8 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
 
 def _without_numbers(text: Text) -> ReaderError:
     return ReaderError(
-        f"{text.name}: found no column of numbers alone; expected a row of names and rows of numbers; save the "
-        "workbook with the record of the test in a sheet of its own"
+        f"{text.name}: found no column that contains only numbers; expected a row of names and rows of numbers; save "
+        "the workbook with the record of the test in a separate sheet"
     )
 
 
@@ -211,7 +211,7 @@ def _with_times(table: ReadTable) -> ReadTable:
     for column in table.columns:
         found = _durations(column) or _since_first(column, known=any(map(is_time, table.columns)))
         if found:
-            notes.append(f"column {column.name!r} holds {found[1]}; given are seconds")
+            notes.append(f"column {column.name!r} holds {found[1]}; they are converted to seconds")
         columns.append(found[0] if found else column)
     return replace(table, columns=tuple(columns), notes=tuple(notes))
 

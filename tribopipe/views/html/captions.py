@@ -4,8 +4,8 @@ from tribopipe.physics.laws import law_title
 
 RUN_CAPTIONS = {
     "depth": (
-        "Depth signal: what the sensor read; its zero offset and drift, and the corrected wear, where the run has what "
-        "that takes. It ends on what was measured after the test (bar: 95 % interval)."
+        "Depth signal: sensor reading, its zero offset and drift, and the corrected wear, if available. The corrected "
+        "wear ends at the post-test measurement (bar: 95 % interval)."
     ),
     "friction": "Measured friction coefficient with its fit; below, the residuals.",
     "clean-up": "Signals as recorded and after preprocessing.",
@@ -13,15 +13,15 @@ RUN_CAPTIONS = {
         "Measured wear with the fitted and predicted laws and their 95 % bands (bar: post-test measurement, 95 % "
         "interval)."
     ),
-    "contact": "Wear depth, mean pressure and both half axes of the contact by the fitted law, with 95 % bands.",
+    "contact": "Wear depth, mean pressure and both half axes of the contact with the fitted law, with 95 % bands.",
     "local-wear": "Wear with the local contact pressure, compared with the global model.",
     "local-pressure": "Pressure over the contact as it wears.",
 }
 _STUDY_CAPTIONS = {
-    "friction": "Friction coefficient of each run, and what was fitted to it.",
+    "friction": "Friction coefficient of each run, with its fit.",
     "coefficient": (
-        "Effective k_D of each run, the wear volume over load and distance in windows along the curve, against the "
-        "friction coefficient there; with it, both laws."
+        "Effective k_D of each run, the wear volume over load and distance in windows along the curve, plotted against "
+        "the friction coefficient there, with both laws."
     ),
 }
 
@@ -37,6 +37,6 @@ def study_caption(what: str, *, discs: bool) -> str:
             "markers: runs that identify k_D; open ones: runs that are predicted."
         )
     return (
-        f"Pin wear depth of each run with {law} and its 95 % band; the law is fitted to the runs marked so, and "
+        f"Pin wear depth of each run with {law} and its 95 % band; the law is fitted to the runs marked as fitted, and "
         "predicts the others."
     )

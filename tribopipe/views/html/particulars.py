@@ -55,7 +55,8 @@ STANDARDS: dict[str, Standard] = {
     ),
     "iso20808": Standard(
         "ISO 20808",
-        "Fine ceramics: Determination of friction and wear characteristics of monolithic ceramics by ball-on-disc method",
+        "Fine ceramics: Determination of friction and wear characteristics of monolithic ceramics by ball-on-disc "
+        "method",
         "results of its test conditions",
     ),
     "iso7148": Standard(

@@ -124,6 +124,6 @@ def _valid(mesh: Any) -> Any:
     if turned:
         raise ContactError(
             f"local wear: found {turned} of {len(jacobian)} finite elements turned inside out as the surface wore; "
-            "expected none; take a coarser mesh, or wear less"
+            "expected none; use a coarser mesh, or simulate less wear"
         )
     return mesh

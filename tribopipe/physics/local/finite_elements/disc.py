@@ -79,8 +79,8 @@ class QuarterDisc:
         pressure = found.pressure.reshape(self.gap.shape)
         if np.any(pressure[-1] > 0) or np.any(pressure[:, -1] > 0):
             raise ContactError(
-                "local wear: found a contact that reaches the last nodes that may touch; expected it to end "
-                "before; wear less, or take a wider surface"
+                "local wear: found a contact that reaches the last nodes that may touch; expected it to end before; "
+                "simulate less wear, or use a wider surface"
             )
         return Contact(pressure, found.approach)
 

@@ -62,8 +62,8 @@ class PinBody:
         contact = pressed(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > 0:
             raise ContactError(
-                "local wear: found a contact that reaches the last node that may touch; expected it to end "
-                "before; wear less, or take nodes further out"
+                "local wear: found a contact that reaches the last node that may touch; expected it to end before; "
+                "simulate less wear, or use nodes further out"
             )
         return contact
 

@@ -24,7 +24,7 @@ def skfem() -> Any:
         return import_module("skfem")
     except ImportError:
         raise ContactError(
-            "local wear: found no package scikit-fem; expected it, since finite elements are asked for; run "
+            "local wear: found no package scikit-fem; expected it, since finite elements are requested; run "
             'pip install "tribopipe[fe]"'
         ) from None
 
