@@ -234,7 +234,7 @@ def test_run_that_is_good_enough_needs_nothing_more(si3n4):
 
 @pytest.mark.parametrize("wanted", [0.0, -0.05, math.nan])
 def test_interval_that_is_not_above_zero_is_refused(si3n4, wanted):
-    with pytest.raises(FitError, match=r"plan: found an interval of .*; expected one above zero, such as '10 %'"):
+    with pytest.raises(FitError, match=r"plan: --interval: found .*; expected a positive value, such as '10 %'"):
         design(si3n4, "archard", wanted)
 
 

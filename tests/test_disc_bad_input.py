@@ -163,13 +163,16 @@ CASES = {
     "rolling radius below zero": (key("rolling_radius", '"-4 mm"'), ("rolling_radius", "-0.004 m", "check sign")),
     "unknown tribometer": (key("kind", '"ball-cratering"'), ("contact", "ball-cratering")),
     **{
-        f"rotations {written}": (key("rotations", written), ("conditions.rotations", "expected a number of rotations"))
+        f"rotations {written}": (
+            key("rotations", written),
+            ("conditions.rotations", "expected a whole number of rotations"),
+        )
         for written in ('"many"', "0", "-5", "2.5", "nan", "inf", "true", '"1e6"', "[1]")
     },
     **{
         f"interruption after rotations {written}": (
             stop(f"rotations = {written}", 'curved_disc_wear_depth = "0.1 um"'),
-            ("interruptions[0].rotations", "expected a number of rotations"),
+            ("interruptions[0].rotations", "expected a whole number of rotations"),
         )
         for written in ('"half"', "0", "-5", "2.5", "true")
     },
@@ -269,8 +272,8 @@ def test_neither_time_nor_rotations_is_refused(run_cli, discs, tmp_path):
 K_1, K_2 = "4.6e-12 mm^3/(N*mm)", "2.0e-12 mm^3/(N*mm)"
 GIVEN = ("--wear-coefficient", K_1, "--wear-coefficient", K_2)
 ASKED = {
-    "slip of zero": ((RUN, "--slip", "0 %"), 1, ("--slip", "0 %", "not zero")),
-    "slip of -100 %": ((RUN, "--slip", "-100 %"), 1, ("--slip", "above -100 %")),
+    "slip of zero": ((RUN, "--slip", "0 %"), 1, ("--slip", "0 %", "nonzero")),
+    "slip of -100 %": ((RUN, "--slip", "-100 %"), 1, ("--slip", "greater than -100 %")),
     "slip that is none": ((RUN, "--slip", "much"), 1, ("--slip", "much")),
     "slip not a number": ((RUN, "--slip", "nan"), 1, ("--slip", "nan")),
     "load of zero": ((RUN, "--load", "0 mN"), 1, ("--load", "0 mN", "above zero")),

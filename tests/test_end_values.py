@@ -187,7 +187,7 @@ def test_several_profiles_tell_their_mean_and_how_far_they_scatter():
     scatter = np.std(shares, ddof=1) / math.sqrt(5) * math.sqrt(4 / 2)
     assert found.depth.standard_uncertainty / depth == pytest.approx(scatter, rel=0.05)
     few = run_of(described(conditions=CIRCLE, disc_profile=files[:2]), dict(list(profiles.items())[:2]))
-    assert any("2 of at least 4 places" in note for note in pin_on_disc_wear(few, DEFAULTS).notes)
+    assert any("2 of at least 4 positions" in note for note in pin_on_disc_wear(few, DEFAULTS).notes)
 
 
 def test_depth_of_the_disc_is_part_of_what_the_sensor_saw():
@@ -219,7 +219,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
         ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "does not give the volume of the disc"),
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
-        ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "by disc_wear_depth and pin_wear"),
+        ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth and pin_wear"),
         ("spherical", {"disc_wear_depth": "2 um", "disc_track_width": "0.2 mm"}, STROKE, "in the middle of the stroke"),
     ],
 )

@@ -280,7 +280,7 @@ def test_every_error_and_finding_has_a_section_and_no_section_is_of_nothing():
 def test_each_section_is_opened_by_its_code(run_cli):
     shown = run_cli("help", "unit-error", "axis_constant").stdout
     assert "### unit-error" in shown
-    assert "a bare number is refused" in shown.lower()
+    assert "a number without a unit is rejected" in shown.lower()
     assert "### axis_constant" in shown
     assert "## " not in shown.replace("### ", "")
 
@@ -293,7 +293,7 @@ def test_pages_and_commands_are_opened_by_name(run_cli):
     assert all(f" {name} " in listed for name in pages())
 
 
-@pytest.mark.parametrize("topic", ["unit_error", "Unit-Error", "AXIS-ADVANCES", "Process", "docs/local-wear.md"])
+@pytest.mark.parametrize("topic", ["unit_error", "Unit-Error", "AXIS-CONSTANT", "Process", "docs/local-wear.md"])
 def test_how_a_topic_is_written_does_not_matter(run_cli, topic):
     assert run_cli("help", topic).stdout.startswith("#")
 
@@ -375,7 +375,7 @@ def test_links_lead_to_the_site_that_the_package_names(monkeypatch):
         return told
 
     monkeypatch.setattr("importlib.metadata.metadata", named)
-    assert links(["axis_constant"]) == ["https://example.org/tribopipe/messages.html#axis-advances"]
+    assert links(["axis_constant"]) == ["https://example.org/tribopipe/messages.html#axis-constant"]
 
 
 # --- demo ---

@@ -24,7 +24,7 @@ from tribopipe.results.run import RawRun
 PLAN = load_toml(Path(__file__).parents[1] / "sample_runs" / "plan.toml", Plan)
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 UNWORN = EndValue(value=0.0, unit="m", standard_uncertainty=1e-12)
-CASES = {run.id: (series, run) for series in PLAN.series for run in series.runs}
+CASES = {run.id: (series, run) for series in PLAN.series for run in series.runs if series.contact.kind == "pin-on-disc"}
 
 
 def record(series: Series, run: VirtualRun, **changes) -> RawRun:

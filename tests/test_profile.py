@@ -154,7 +154,7 @@ def test_profile_without_a_track_is_refused(crown):
 
 
 def test_heights_that_count_downwards_are_no_track():
-    assert "upwards" in refused(Profile(X, -grooved(X)))
+    assert "outward" in refused(Profile(X, -grooved(X)))
 
 
 def test_constant_height_is_no_track():

@@ -130,7 +130,7 @@ def changed(content: bytes, line: int, old: bytes, new: bytes) -> bytes:
 def test_a_step_number_that_changes_where_time_goes_on_is_refused_with_its_line(lab):
     spoiled = changed(rtec_ladder(), 1001, b"4,", b"7,")
     told = r"log.csv, line 1001: found step 7 after step 4, but time continues from 99.7 s to 99.8 s; expected time to "
-    with pytest.raises(ReaderError, match=told + r"begin again with each step, as it does at line 1804; correct"):
+    with pytest.raises(ReaderError, match=told + r"restart with each step, as at line 1804; correct"):
         read_run(run_folder(lab, spoiled, "", 'sliding_speed = "0.1 m/s"'))
 
 

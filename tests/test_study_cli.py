@@ -479,7 +479,7 @@ INTERVALS = {
     "0,5 %": ["--interval", "'0,5 %'", "point"],
     "nan %": ["--interval", "'nan %'"],
     "0 %": ["--interval: found 0", "a positive value", "'10 %'"],
-    "-5 %": ["found an interval of -0.05", "above zero"],
+    "-5 %": ["--interval: found -0.05", "a positive value"],
 }
 
 

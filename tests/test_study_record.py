@@ -80,7 +80,7 @@ def test_a_run_that_is_both_fitted_and_predicted_is_refused_by_name():
     said = refusal(fit=["light", "heavy"], predict=["other", "heavy"])
     assert "found 'heavy', which is also in fit" in said
     assert "remove it from one of the two" in said
-    assert "other" not in said
+    assert "'other'" not in said
     assert "light" not in said
 
 

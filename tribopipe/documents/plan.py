@@ -346,7 +346,7 @@ def _manifest(
             "conditions": given | {"medium": series.medium},
             "signals": [{"file": "signals.csv"}],
             "sensors": {"depth_scale": series.depth_scale},
-            "end_values": ends,
+            "end_values": {name: value.model_dump() for name, value in ends.items()},
         }
     )
 
