@@ -1,6 +1,9 @@
 """The run that another one is predicted from, against a look at every run of the archive."""
 
+import shutil
+
 import pytest
+from folders import replace_in
 
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
@@ -46,3 +49,13 @@ def test_a_damaged_file_is_told_and_its_neighbour_is_processed(archive, sample_r
     outcomes = list(process([sample_run], store, Recipe(wear={"models": ["archard"]})))
     assert [(outcome.run_id, outcome.stage) for outcome in outcomes if outcome.error] == [(damaged, "prediction")]
     assert store.result("si3n4-air-400mN", "wear_fit_archard", Record).outcome == "fitted"
+
+
+def test_a_run_without_friction_is_predicted_under_the_law_that_needs_none(short_runs, tmp_path, few_draws):  # noqa: ARG001 - few while it is there
+    runs = [shutil.copytree(short_runs / name, tmp_path / name) for name in ("si3n4-air-200mN", "si3n4-air-400mN")]
+    replace_in(runs[1] / "run.toml", r"(?m)^friction_force = .*\n", "")
+    store = Archive(tmp_path / "archive")
+    outcomes = list(process(runs, store, Recipe()))
+    assert [str(outcome.error) for outcome in outcomes if outcome.error] == []
+    predicted = {step for step in store.steps("si3n4-air-400mN") if step.startswith("prediction")}
+    assert predicted == {"prediction_archard"}
