@@ -17,7 +17,7 @@ from tribopipe.results.input_quantities import input_label, shown_unit
         ("drum end value", "wear depth of the drum"),
         ("pin value at interruption 2", "measurement of the pin at interruption 2"),
         ("curved disc wear volume", "wear volume of the crowned disc"),
-        ("cylindrical disc track width at interruption 1", "track width of the cylindrical disc at interruption 1"),
+        ("flat disc track width at interruption 1", "track width of the cylindrical disc at interruption 1"),
         ("law running in length", "law parameter running in length"),
         ("friction fit", "fitted friction coefficient"),
         ("noise of the depth signal", "noise of the depth signal"),
