@@ -14,6 +14,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.signals import SignalName
 from tribopipe.extras.live.axes import Axes
 from tribopipe.extras.live.growing_text import GrowingText
+from tribopipe.readers.column_mapping import Arms
 from tribopipe.readers.columns import with_file
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import Origin
@@ -41,7 +42,7 @@ class Follower:
         self._axes = Axes(manifest)
         signals = manifest.signals[0]
         one = len(manifest.signals) == 1 and len(signals.names) == 1 and signals.reader in (None, "delimited")
-        self._text = GrowingText(signals) if one else None
+        self._text = GrowingText(signals, Arms.of(manifest)) if one else None
         self._seen: object = None
         self._broken: object = None
         """How long and how old files were that could be read, and that could not."""

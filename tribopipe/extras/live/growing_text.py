@@ -8,7 +8,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import SignalFile
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.column_mapping import Meanings, hints_of, meanings_in, part_of
+from tribopipe.readers.column_mapping import Arms, Meanings, hints_of, meanings_in, part_of
 from tribopipe.readers.delimited import has_rows, read_table, without_closing_words
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.registry import detect
@@ -27,8 +27,8 @@ _FEWEST_ROWS = 20
 class GrowingText:
     """The lines of a file so far, and the beginning of the next one."""
 
-    def __init__(self, signals: SignalFile) -> None:
-        self._signals, self._name = signals, signals.names[0]
+    def __init__(self, signals: SignalFile, arms: Arms) -> None:
+        self._signals, self._name, self._arms = signals, signals.names[0], arms
         self.is_foreign = False
         """Whether it is no text of lines that can be read as it grows."""
         self._begin()
@@ -82,7 +82,7 @@ class GrowingText:
     def _signals_of(self, rows: Text, layout: Layout) -> dict[SignalName, Column]:
         table = read_table(without_closing_words(rows, layout)[0], layout)
         self._meanings = self._meanings or meanings_in(table, self._signals, self._name)
-        columns = part_of(table, self._meanings, self._name, self._rows).columns
+        columns = part_of(table, self._meanings, self._name, self._rows, self._arms).columns
         self._rows += len(next(iter(columns.values())))
         return columns
 
