@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from tribopipe.archive.digest import digest
 from tribopipe.base.errors import FitError, ManifestError, did_you_mean
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.plan import Plan, Series, TwinDiscSeries, TwinDiscVirtualRun, VirtualRun
 from tribopipe.documents.quantity import Quantity
@@ -47,7 +48,7 @@ class PinTest(Record):
         test = VirtualTest(self.series, self.run)
         coefficients = (self.run.wear_coefficient, self.run.disc_wear_coefficient)
         bodies = zip(self.series.contact.body_names, coefficients, strict=True)
-        return pin_run(self.series, self.run, test), {body: k for body, k in bodies if k is not None}
+        return pin_run(self.series, self.run, test), {spoken(body): k for body, k in bodies if k is not None}
 
 
 class DiscTest(Record):
