@@ -48,7 +48,7 @@ def look_into_history(
     except OSError as error:
         look, account = Look(FILE_NAME), Account(archive)
         why = f"cannot be read ({error.strerror or error}); expected a readable file"
-        look.error("history", why, "it may be undamaged; make it readable, and run this again")
+        look.error("history", why, "make it readable, and run this again")
         return [look], account
     return looks, account
 
