@@ -51,7 +51,7 @@ ALPHABETS = {
 SIZES = 16 << 10, 64 << 10, 128 << 10
 MOST = 2.5
 """How many times as long twice the size may take."""
-TIMES, TRIES = 3, 12
+TIMES, TRIES = 3, 40
 """How often each size is timed, and at most where it does not look linear: other processes make times longer only."""
 SHORTEST = 2e-3
 """What takes less is repeated until it takes as long, s."""
@@ -79,9 +79,9 @@ def text_of(alphabet: str, size: int) -> str:
     return (ALPHABETS[alphabet] * size)[: size - 1] + "!"
 
 
-def timed(what: str, alphabet: str, work: Callable[[str], object]) -> Taken:
-    """Do some work on each size of an alphabet, again and again; the least counts."""
-    texts = [text_of(alphabet, size) for size in SIZES]
+def timed(what: str, alphabet: str, work: Callable[[Any], object], prepared: Callable[[str], Any] = str) -> Taken:
+    """Do some work on what is prepared of each size of an alphabet, again and again; the least counts."""
+    texts = [prepared(text_of(alphabet, size)) for size in SIZES]
     taken = Taken(what, alphabet, tuple(_seconds(work, text) for text in texts))
     for number in range(1, TRIES):
         if number >= TIMES and taken.is_linear:
@@ -91,7 +91,7 @@ def timed(what: str, alphabet: str, work: Callable[[str], object]) -> Taken:
     return taken
 
 
-def _seconds(work: Callable[[str], object], text: str) -> float:
+def _seconds(work: Callable[[Any], object], text: Any) -> float:
     """Return the processor time that some work takes, s."""
     count, taken = 1, 0.0
     while True:
@@ -130,12 +130,14 @@ def called(one: OwnPattern) -> Callable[[str], object]:
 
 def all_readers() -> list[Taken]:
     """Time every reader, documents and crates on every alphabet."""
-    works: dict[str, Callable[[str], object]] = {}
-    for name, reader in readers().items():
-        for where, place in _places(name).items():
-            works[f"{name}{where}"] = partial(_read, reader, *place)
-    works |= {"a document": _parse, "a crate": _import}
-    return [timed(name, one, work) for name, work in works.items() for one in ALPHABETS]
+    taken = [
+        timed(f"{name}{where}", one, partial(_read, reader), partial(_source, *place))
+        for name, reader in readers().items()
+        for where, place in _places(name).items()
+        for one in ALPHABETS
+    ]
+    taken += [timed("a document", one, _parse, str.encode) for one in ALPHABETS]
+    return taken + [timed("a crate", one, _import) for one in ALPHABETS]
 
 
 def _places(reader: str) -> dict[str, tuple[str, bytes, bytes]]:
@@ -151,17 +153,20 @@ def _places(reader: str) -> dict[str, tuple[str, bytes, bytes]]:
     return at
 
 
-def _read(reader: Any, name: str, before: bytes, behind: bytes, text: str) -> None:
+def _source(name: str, before: bytes, behind: bytes, text: str) -> SourceFile:
     inserted = text.encode()[len(before) + len(behind) :]  # so that the size is that of the file
-    source = SourceFile(name, before + inserted + behind)
+    return SourceFile(name, before + inserted + behind)
+
+
+def _read(reader: Any, source: SourceFile) -> None:
     with suppress(TribopipeError), warnings.catch_warnings(action="ignore"):
         reader.match(source)
         reader.read(source, Hints())
 
 
-def _parse(text: str) -> None:
+def _parse(content: bytes) -> None:
     with suppress(TribopipeError):
-        parse_toml(Path("run.toml"), text.encode())
+        parse_toml(Path("run.toml"), content)
 
 
 def _import(text: str) -> None:
