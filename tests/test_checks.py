@@ -288,6 +288,24 @@ CASES = {
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
+    "material_gained": (
+        "warning",
+        manifest(end_values__disc_wear_volume={"value": "-0.2 mm^3", "standard_uncertainty": "0.05 mm^3"}),
+        "end_values of the disc",
+        manifest(end_values__disc_wear_volume={"value": "-0.1 mm^3", "standard_uncertainty": "0.05 mm^3"}),
+    ),
+    "uneven_scars": (
+        "warning",
+        manifest(end_values__pin_scar_diameter={"values": ["150 um", "200 um", "170 um"]}),
+        "end_values.pin_scar_diameter",
+        manifest(end_values__pin_scar_diameter={"values": ["160 um", "200 um", "170 um"]}),
+    ),
+    "stroke_within_scar": (
+        "warning",
+        manifest(conditions__stroke="200 um", end_values__pin_scar_diameter="210 um"),
+        "conditions.stroke",
+        manifest(conditions__stroke="220 um", end_values__pin_scar_diameter="210 um"),
+    ),
     "coating_worn_through": (
         "warning",
         manifest(contact__pin__film_thickness="3 um", end_values__pin_scar_diameter="200 um"),

@@ -49,6 +49,16 @@ def test_rate_is_volume_over_load_and_distance():
     assert "2.000 ± 0.063)×10⁻⁵ mm³/(N·m)" in str(found)
 
 
+@pytest.mark.parametrize(("grown", "other"), [("pin", "disc"), ("disc", "pin")])
+def test_body_that_has_gained_material_keeps_its_sign_and_has_no_depth(grown, other):
+    found = specific_wear(run_with(**BOTH | {f"{grown}_wear_volume": si(-VOLUME, "m^3")}))
+    rate = found.bodies[grown]
+    assert rate.specific_wear_rate.value == pytest.approx(-VOLUME / (0.2 * 500))
+    assert rate.specific_wear_rate.standard_uncertainty > 0
+    assert rate.depth is None
+    assert found.bodies[other].specific_wear_rate.value > 0
+
+
 def test_recorded_load_is_taken_as_its_mean_over_the_distance():
     run = run_with(**BOTH)
     force = np.where(run.sliding_distance < 250, 0.1, 0.4)

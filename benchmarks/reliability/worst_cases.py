@@ -107,25 +107,31 @@ def _seconds(work: Callable[[Any], object], text: Any) -> float:
 def all_patterns() -> list[Taken]:
     """Time every pattern on every alphabet; those given short texts only are left to ``longest_texts``."""
     patterns = [one for one in own_patterns().patterns if one.where not in LONGEST]
-    return [timed(f"{one.where}, {one.call}", name, called(one)) for one in patterns for name in ALPHABETS]
+    return [
+        timed(f"{one.where}, {one.call}", name, called(one), _as_given(one)) for one in patterns for name in ALPHABETS
+    ]
 
 
 def longest_texts() -> dict[str, float]:
     """Return the processor time of patterns whose texts are bounded on the longest text, at worst, s."""
     patterns = [one for one in own_patterns().patterns if one.where in LONGEST]
     return {
-        one.where: max(_seconds(called(one), text_of(name, LONGEST[one.where])) for name in ALPHABETS)
+        one.where: max(_seconds(called(one), _as_given(one)(text_of(name, LONGEST[one.where]))) for name in ALPHABETS)
         for one in patterns
     }
 
 
-def called(one: OwnPattern) -> Callable[[str], object]:
-    """Return what a pattern is called by, for a text."""
+def called(one: OwnPattern) -> Callable[[Any], object]:
+    """Return what a pattern is called by, for a text, or for bytes."""
     call = getattr(one.pattern, one.call)
     if one.call in ("sub", "subn"):
         call = partial(call, type(one.pattern.pattern)())
-    all_of = (lambda text: sum(1 for _ in call(text))) if one.call == "finditer" else call
-    return (lambda text: all_of(text.encode())) if isinstance(one.pattern.pattern, bytes) else all_of
+    return (lambda text: sum(1 for _ in call(text))) if one.call == "finditer" else call
+
+
+def _as_given(one: OwnPattern) -> Callable[[str], Any]:
+    """Return what makes of a text what a pattern is for."""
+    return str.encode if isinstance(one.pattern.pattern, bytes) else str
 
 
 def all_readers() -> list[Taken]:

@@ -32,7 +32,9 @@ class Signal(NamedTuple):
 
 SIGNALS: dict[SignalName, Signal] = {
     "time": Signal("time", "time since the start of the test"),
-    "rotations": Signal("count", "rotations of the crowned disc since the start of the test"),
+    "rotations": Signal(
+        "count", "rotations of the (crowned) disc or ring, or cycles back and forth, since the start of the test"
+    ),
     "sliding_distance": Signal("distance", "sliding distance since the start of the test"),
     "sliding_speed": Signal("speed", "speed at which the two surfaces slide on each other"),
     "normal_force": Signal("force", "load pressing the two bodies together"),

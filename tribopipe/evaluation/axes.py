@@ -35,17 +35,18 @@ def complete_axes(columns: Columns, origins: Origins, manifest: RunManifest) -> 
 
 
 def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
-    """Derive time or sliding distance of a pin from the other one, or from the rotations of the disc below it."""
-    radius = manifest.conditions.track_radius
-    if "sliding_distance" not in columns and "rotations" in columns and radius is not None:
+    """Derive time or sliding distance of a pin from the other one, or from rotations or cycles."""
+    cycle = manifest.conditions.cycle
+    if "sliding_distance" not in columns and "rotations" in columns and cycle is not None:
         rotations = mended(columns["rotations"], columns.get("time")).values
-        columns["sliding_distance"] = 2 * math.pi * radius.value * continuous(rotations)
+        columns["sliding_distance"] = cycle * continuous(rotations)
         origins["sliding_distance"] = "derived from rotations"
     have_time, have_distance = "time" in columns, "sliding_distance" in columns
     if not have_time and not have_distance:
         raise ReaderError(
             "found neither time nor sliding_distance among the signals; expected at least one; "
-            "map one under [signals.columns] in run.toml"
+            "map one under [signals.columns] in run.toml; a count of cycles is mapped as rotations, with track_radius, "
+            "stroke or the ring's radius known"
         )
     if not have_distance:
         _derive_distance(columns, origins, manifest)

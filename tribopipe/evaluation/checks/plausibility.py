@@ -33,6 +33,8 @@ _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
 _ELASTIC = 0.05
 """Share of the volume under a scar that is elastic deflection, from which on it is named, if V is known as well."""
+_UNEVEN = 1.3
+"""Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
     *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
@@ -261,6 +263,23 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 
 
 @check_cleaned("warning")
+def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find a body that has clearly gained material, so that its volume does not measure what was removed."""
+    if run.manifest.contact is None:
+        return
+    with suppress(ContactError, FitError):
+        for name, body in specific_wear(cleaned.run).bodies.items():
+            volume = body.volume
+            if volume is not None and volume.value < -CLEARLY * (volume.standard_uncertainty or 0.0):
+                yield Trouble(
+                    f"end_values of the {spoken(name)}",
+                    f"found a wear volume of {volume.shown('mm^3')}, a gain; expected a loss; the wear rate keeps its "
+                    "sign, and no k_D of this body is identified",
+                    "check the sign and repeat the weighing; material may have been transferred from the counterbody",
+                )
+
+
+@check_cleaned("warning")
 def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find wear deeper than the coating of a body, so that k_D is that of coating and substrate together."""
     films = {name: body.film_thickness for name, body in run.manifest.bodies.items() if body.film_thickness is not None}
@@ -299,6 +318,39 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
         )
     if end.pin_scar_diameter is not None:
         yield from _track_beside(end.pin_scar_diameter, end)
+
+
+@check("warning")
+def uneven_scars(run: RawRun) -> Iterator[Trouble]:
+    """Find readings of a scar that differ as those of balls or places that carry unequal loads do."""
+    for name, scar in _scars(run):
+        low, high = min(scar.readings or (scar.value,)), max(scar.readings or (scar.value,))
+        if high > _UNEVEN * low > 0:
+            yield Trouble(
+                f"end_values.{name}",
+                f"found readings from {show(low, None, scar.unit, 'um')} to {show(high, None, scar.unit, 'um')}; "
+                f"expected the largest at most {_UNEVEN:.1f} times the smallest",
+                "check the alignment of the specimens: the load may not be shared as assumed",
+            )
+
+
+@check("warning")
+def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
+    """Find strokes shorter than the contact, as in fretting, where parts of both bodies never leave it."""
+    stroke, pin = run.manifest.conditions.stroke, run.manifest.pin
+    if stroke is None or pin is None:
+        return
+    sizes = [("the scar", scar.value) for name, scar in _scars(run) if name != "pin_scar_width"]
+    if not pin.line:
+        sizes.append(("the initial contact", _start_width(run)))
+    what, longest = max(sizes, key=lambda size: size[1], default=("", 0.0))
+    if stroke.value <= longest:
+        yield Trouble(
+            "conditions.stroke",
+            f"found a stroke of {stroke.shown('mm')}, not longer than {what} of {show(longest, None, 'm', 'mm')}; "
+            "expected a longer one, since parts of both bodies never leave the contact (fretting)",
+            "check both units; in fretting, report the wear volumes and do not predict depths from k_D",
+        )
 
 
 def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:

@@ -326,7 +326,8 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     mu = cleaned.run.columns.get("friction_coefficient", np.empty(0))
     rubbing = mu[np.isfinite(mu) & (mu != 0)]
     strokes = any(change.step == "stroke-wise-friction" for change in cleaned.record.changes)
-    if run.manifest.conditions.stroke is not None and not strokes and whole_strokes(mu, any_offset=True):
+    reciprocating = run.manifest.conditions.stroke is not None
+    if reciprocating and not strokes and whole_strokes(mu, any_offset=True):
         yield Trouble(
             "friction_coefficient",
             "found strokes with an offset larger than the friction; expected a sign that changes with the stroke",
@@ -335,8 +336,10 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
             "friction_coefficient",
-            f"found {negative:.0%} of the values below zero; expected one sign, or strokes that can be separated",
-            "state conditions.stroke of a reciprocating test (at least 5 samples per stroke); otherwise zero the force",
+            f"found {negative:.0%} negative values; expected one sign, or strokes that can be separated",
+            "record at least 5 samples per stroke; a mean over both directions is no friction coefficient"
+            if reciprocating
+            else "state conditions.stroke of a reciprocating test (at least 5 samples per stroke), or zero the force",
         )
 
 

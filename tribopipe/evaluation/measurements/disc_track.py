@@ -68,7 +68,7 @@ def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUnce
     if end.disc_track_width is not None:
         yield EndValueUsed("disc_track_width", *certain(end.disc_track_width, defaults.track_width.value))
     if end.disc_wear_volume is not None:
-        spread = defaults.wear_volume * end.disc_wear_volume.value
+        spread = defaults.wear_volume * abs(end.disc_wear_volume.value)
         yield EndValueUsed("disc_wear_volume", *certain(end.disc_wear_volume, spread))
     if end.disc_mass_loss is not None:
         mass, source = certain(end.disc_mass_loss, defaults.mass_loss.value)
@@ -105,6 +105,8 @@ def _by_pair(pair: WornPair) -> BodyWear:
     """Return depth and volume, as far as the reading gives them; none where it states that the disc has grown."""
     name, quantity = pair.disc.name, pair.disc.quantity
     way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
+    if name in VOLUMES and quantity.value <= 0:
+        return replace(way, volume=quantity, assumed=frozenset(), pair=None)
     if name in VOLUMES:
         depth = None if pair.path is None else pair.find("disc_depth")
         known = None if pair.path is None else pair

@@ -17,7 +17,7 @@ from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, su
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
 from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
-from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, WIDTHS, SlidingPath, WornPair
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, VOLUMES, WIDTHS, SlidingPath, WornPair
 from tribopipe.results.run import RawRun
 
 
@@ -188,6 +188,8 @@ class _Found:
 
     def wear_of(self, pin: EndValueUsed) -> BodyWear:
         """Return depth and volume that the pin has lost by one reading."""
+        if pin.name in VOLUMES and pin.quantity.value <= 0:
+            return BodyWear(pin.name, pin.source, volume=pin.quantity)
         if self.pair.disc is _NO_TRACK:
             return _on_unworn_track(self.pair, pin)
         pair = self.taken_with_track(pin)

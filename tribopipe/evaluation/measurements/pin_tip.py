@@ -131,7 +131,7 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
         if scar is not None:
             yield EndValueUsed(name, *certain(scar, defaults.pin_scar_diameter.value))
     if end.pin_wear_volume is not None:
-        spread = defaults.wear_volume * end.pin_wear_volume.value
+        spread = defaults.wear_volume * abs(end.pin_wear_volume.value)
         yield EndValueUsed("pin_wear_volume", *certain(end.pin_wear_volume, spread))
     if end.pin_mass_loss is not None:
         mass, source = certain(end.pin_mass_loss, defaults.mass_loss.value)
