@@ -218,8 +218,8 @@ SPOILED = {
         ["run.toml", "end_values.pin_wear_depth", "800 µm", "794.0 ± 1.6 µm", "check both units"],
     ),
     "depth below zero": (
-        key("pin_scar_diameter", '"200 um"\ndisc_wear_depth = "-1 um"'),
-        ["run.toml", "end_values", "disc_wear_depth", "-1 µm", "zero or more"],
+        key("pin_scar_diameter", '"200 um"\npin_wear_depth = "-1 um"'),
+        ["run.toml", "end_values", "pin_wear_depth", "-1 µm", "zero or more"],
     ),
     "mass without a unit": (
         key("pin_scar_diameter", '"200 um"\npin_mass_loss = 3'),
