@@ -87,35 +87,59 @@ def _tribopipe(
         say_next_steps()
 
 
-_PANELS = {
-    "Workflow": "new check ingest process correct-drift fit predict watch live formats",
-    "Results": "ls show report export browse",
-    "Studies": "study plan sweep",
-    "Archive maintenance": "mark-bad tag note remove restore verify reproduce rescue import",
-    "Simulation": "demo simulate local-wear",
-    "Help": "help schema",
+_PANELS: dict[str, dict[str, Any]] = {
+    "Workflow": {
+        "new": new.new,
+        "check": runs.check,
+        "ingest": runs.ingest,
+        "process": process.process,
+        "correct-drift": steps.correct_drift,
+        "fit": steps.fit,
+        "predict": predict.predict,
+        "watch": watch.watch,
+        "live": live.live,
+        "formats": formats.formats_app,
+    },
+    "Results": {
+        "ls": listing.ls,
+        "show": inspect.show,
+        "report": report.report,
+        "export": export.export_app,
+        "browse": browse.browse,
+    },
+    "Studies": {
+        "study": studies.study_app,
+        "plan": studies.plan,
+        "sweep": sweep.sweep,
+    },
+    "Archive maintenance": {
+        "mark-bad": marks.mark_bad,
+        "tag": marks.tag,
+        "note": marks.note,
+        "remove": removal.remove,
+        "restore": removal.restore,
+        "verify": verify.verify,
+        "reproduce": reproduce.reproduce,
+        "rescue": rescue.rescue,
+        "import": import_crate.import_crate,
+    },
+    "Simulation": {
+        "demo": demo.demo,
+        "simulate": runs.simulate,
+        "local-wear": local_wear.local_wear,
+    },
+    "Help": {
+        "help": guide.show_help,
+        "schema": inspect.schema_app,
+    },
 }
 """Panels of the help, with the commands in the order in which they are listed."""
-_GROUPS = {
-    "export": export.export_app,
-    "formats": formats.formats_app,
-    "study": studies.study_app,
-    "schema": inspect.schema_app,
-}
-_COMMANDS = {
-    name: command
-    for module in (
-        *(demo, new, runs, process, steps, predict, live, local_wear, listing, inspect, marks, removal, studies),
-        *(sweep, report, import_crate, rescue, verify, reproduce, browse, watch, guide),
-    )
-    for name, command in module.COMMANDS.items()
-}
-for _panel, _names in _PANELS.items():
-    for _name in _names.split():
-        if _name in _GROUPS:
-            app.add_typer(_GROUPS[_name], name=_name, rich_help_panel=_panel)
+for _panel, _commands in _PANELS.items():
+    for _name, _command in _commands.items():
+        if isinstance(_command, typer.Typer):
+            app.add_typer(_command, name=_name, rich_help_panel=_panel)
         else:
-            app.command(_name, rich_help_panel=_panel)(_COMMANDS[_name])
+            app.command(_name, rich_help_panel=_panel)(_command)
 
 
 _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-0123456789--u.~-")

@@ -46,6 +46,3 @@ def require_server() -> None:
 
     if not is_built():
         raise ArchiveError(NOT_BUILT)
-
-
-COMMANDS = {"browse": browse}

@@ -84,6 +84,3 @@ def _process(runs: Path, archive: Path) -> None:
             outcomes.append(outcome)
         outcomes += process_studies(store, studies, how, crew=who)
     finish(outcomes)
-
-
-COMMANDS = {"demo": demo}

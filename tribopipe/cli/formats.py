@@ -188,6 +188,3 @@ def _meaning(export: "Export", column: "ReadColumn") -> str:
         steps = step_column({one.name: one.values for one in export.table.columns})
         return (column.axis or ("numbers the steps" if column.name == steps else "–")) + proposed
     return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "") + proposed
-
-
-COMMANDS = {"list": list_formats, "detect": detect_formats}

@@ -137,6 +137,3 @@ def _print(text: str) -> None:
     from rich.markdown import Markdown
 
     Console().print(Markdown(text))
-
-
-COMMANDS = {"help": show_help}

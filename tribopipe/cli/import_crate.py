@@ -55,6 +55,3 @@ def _document(restored: "Restored") -> dict[str, Any]:
             for one, status, error in [*files, *failed]
         ],
     }
-
-
-COMMANDS = {"import": import_crate}

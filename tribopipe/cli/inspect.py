@@ -130,6 +130,3 @@ def export_schemas(
     require_free([folder / name for name in (*schema_files(), *definition_files())], own=made_here)
     for path in (*write_schemas(folder), *write_definitions(folder)):
         print_result(str(path))
-
-
-COMMANDS = {"show": show}

@@ -132,6 +132,3 @@ def _show_columns(*, as_json: bool) -> None:
     print_result(
         "Those shown unless you choose: " + ", ".join(name for name, column in COLUMNS.items() if column.shown)
     )
-
-
-COMMANDS = {"ls": ls}

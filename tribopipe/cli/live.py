@@ -222,6 +222,3 @@ def _draw(session: "Session", update: "LiveUpdate", path: Path) -> None:
 
     if session.posterior is not None and update.estimate is not None:
         save_figure(plot_live(update.id, session.posterior, update.estimate, session.state.means), path)
-
-
-COMMANDS = {"live": live}

@@ -212,6 +212,3 @@ def _save_figures(curves: "LocalCurves | None", run_id: str, folder: Path | None
     if curves is not None and folder is not None:
         for path in save_local_wear_figures(curves, run_id, folder):
             print_result(f"{run_id}: {path}")
-
-
-COMMANDS = {"local-wear": local_wear}

@@ -157,6 +157,3 @@ def logged_in() -> str | None:
         return getpass.getuser().strip() or None
     except (ImportError, KeyError, OSError):  # which of them depends on platform and version of Python
         return None
-
-
-COMMANDS = {"mark-bad": mark_bad, "tag": tag, "note": note}

@@ -178,6 +178,3 @@ def _tell(made: "NewRun") -> None:
         say(f"friction alone is evaluated until run.toml describes the bodies: {', '.join(made.bodies_lack)}")
     first = f"see to that in {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""
     say(f"Next: {first}tribopipe process {made.folder}")
-
-
-COMMANDS = {"new": new}

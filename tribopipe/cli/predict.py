@@ -413,6 +413,3 @@ def _slip(text: str) -> "Quantity":
             "sliding wear"
         )
     return Quantity(value=value, unit="1")
-
-
-COMMANDS = {"predict": predict}

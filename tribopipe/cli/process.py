@@ -242,6 +242,3 @@ def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None
 
 def _say_what_is_left(shard: Part) -> None:
     say(f"Part {shard.number} of {shard.of} is done; `process` without --shard predicts, evaluates studies and draws.")
-
-
-COMMANDS = {"process": process}

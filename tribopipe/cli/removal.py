@@ -75,6 +75,3 @@ def _each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_
         files += [{"id": name, "file": None, "error": str(error)} for name, error in errors.items()]
         print_json({"files": files})
     exit_with(list(errors.values()), some_done=bool(moved))
-
-
-COMMANDS = {"remove": remove, "restore": restore}

@@ -109,6 +109,3 @@ def _document(store: "Archive", ids: "Sequence[str]", addressed: "Addressed", *,
     if study:
         return study_report(store, ids[0], addressed=addressed)
     return run_report(store, ids, addressed=addressed)
-
-
-COMMANDS = {"report": report}

@@ -124,6 +124,3 @@ def _say_environments(found: "Sequence[Reproduction]") -> None:
     changed = {(name, *both): None for one in found for step in one.steps for name, both in step.environment.items()}
     for name, then, now in changed:
         print_result(f"archived with {name} {then}, computed now with {now}")
-
-
-COMMANDS = {"reproduce": reproduce}

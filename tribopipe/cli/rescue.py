@@ -69,6 +69,3 @@ def _document(path: Path, found: "Rescued | None", error: Exception | None) -> d
         "listed": found is not None and found.listed,
         "error": None if error is None else str(error),
     }
-
-
-COMMANDS = {"rescue": rescue}

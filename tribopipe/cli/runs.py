@@ -203,6 +203,3 @@ def _column(head: str, quantities: "Sequence[Quantity]", unit: str) -> Cells:
 
     shown = number_column([number(one, unit) for one in quantities])
     return Cells(head, f"{head}, {shown.unit(pretty(unit))}", shown.cells)
-
-
-COMMANDS = {"check": check, "ingest": ingest, "simulate": simulate}

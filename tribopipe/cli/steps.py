@@ -183,6 +183,3 @@ def tell(outcome: "Outcome") -> None:
         for note in getattr(outcome.result, "notes", ()) if outcome.stage == "wear_fit" else ():
             say(f"{outcome.run_id}: note: {note}")
     say_warnings(outcome)
-
-
-COMMANDS = {"correct-drift": correct_drift, "fit": fit}

@@ -302,6 +302,3 @@ def plan(
     if as_json:
         documents = [record_json(found) for found in designs]
         print_json(documents[0] if len(documents) == 1 else {"discs": documents})
-
-
-COMMANDS = {"plan": plan}

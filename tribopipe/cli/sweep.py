@@ -139,6 +139,3 @@ def _draw(asked: "Sweep", table: "Table", path: Path) -> None:
 
     save_figure(plot_sweep(asked, table.ensemble, table.rows), path)
     print_result(str(path))
-
-
-COMMANDS = {"sweep": sweep}

@@ -89,6 +89,3 @@ def _accept(store: "Archive", wanted: "Iterable[str]") -> None:
     for one in wanted:
         for name in accept(store.folder, one, logged_in()):
             print_result(seen(f"{name}: accepted as it is"))
-
-
-COMMANDS = {"verify": verify}

@@ -90,6 +90,3 @@ def _tell(event: "Event", *, as_json: bool) -> None:
         print_result(f"  {line}")
     if as_json:
         print_json(event.as_json(), indent=None)
-
-
-COMMANDS = {"watch": watch}
