@@ -28,7 +28,7 @@ sys.path.append(str(Path(__file__).parent / "reliability"))
 from short_runs import quick_recipe, short_runs
 
 from tribopipe.archive.store import Archive
-from tribopipe.base.executor.environment import ONE_THREAD
+from tribopipe.base.process_lifecycle import ONE_THREAD
 
 PROGRAMS = Path(sys.executable).parent
 _LOOK_EVERY = 0.1

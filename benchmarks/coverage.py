@@ -34,8 +34,7 @@ from labs import planned as run
 from tribopipe.documents.recipe import Correction
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.evaluate import evaluate
-from tribopipe.results.agreement import Interval, RunVerdict
-from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.study import Interval, RunVerdict, StudyCurve
 
 END_VALUE = 250e-9
 PLACES = (0.1, 0.5, 0.9)

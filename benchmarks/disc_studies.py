@@ -26,7 +26,7 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import simulate_twin_disc_run
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.agreement import BodyVerdict, LawResult, Verdict
+from tribopipe.results.study import BodyVerdict, LawResult, Verdict
 
 (SERIES,) = PLAN.twin_disc_series
 SAMPLES = {run.id: run for run in SERIES.runs}

@@ -21,9 +21,9 @@ from tribopipe.base.units import axis, from_si
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.course import LocalWear
 from tribopipe.physics.local.economy import wear_economically
-from tribopipe.physics.local.finite_elements.disc import QuarterDisc, quarter_disc
+from tribopipe.physics.local.finite_elements import QuarterDisc, quarter_disc
 from tribopipe.views.layout import letter
-from tribopipe.views.number_format import power_of, powered_axis
+from tribopipe.views.plot import power_of, powered_axis
 from tribopipe.views.run_figures import PALETTE, key, save_figure, styled
 
 LOAD, RADIUS, COEFFICIENT, RATIO = 0.3, 4e-3, 1e-16, 0.32

@@ -38,7 +38,7 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.extras.sweep.virtual_tests import pin_run
 from tribopipe.physics import uncertainty
 from tribopipe.results.run import CorrectedRun
 

@@ -25,10 +25,9 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.extras.live.law_watch import departure
-from tribopipe.extras.live.posterior import posterior
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
+from tribopipe.extras.live.alarms import departure
+from tribopipe.extras.live.estimate import posterior
 from tribopipe.extras.live.problem import Asked, Known, live_problem
 from tribopipe.extras.live.state import State
 from tribopipe.physics.uncertainty import TAILS

@@ -20,10 +20,9 @@ from tribopipe.base.arrays import Column
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
 from tribopipe.physics.local.course import STEPS_PER_DECADE, step_ends, wear
-from tribopipe.physics.local.finite_elements.disc import quarter_disc
-from tribopipe.physics.local.finite_elements.pin import pin_body
-from tribopipe.physics.local.grading import graded
+from tribopipe.physics.local.finite_elements import pin_body, quarter_disc
 from tribopipe.physics.local.grids import DiscTrack, disc_track, round_pin
+from tribopipe.physics.local.nodes import graded
 from tribopipe.physics.local.rings import Rings
 from tribopipe.physics.pin_on_disc import SphericalPin
 from tribopipe.physics.twin_disc import DiscPair

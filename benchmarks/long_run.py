@@ -36,7 +36,7 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.extras.simulate import VirtualTest
 from tribopipe.extras.simulate.pin_on_disc import simulate_run
-from tribopipe.readers import block_means, long_text
+from tribopipe.readers import long_runs, long_text
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
 
@@ -185,7 +185,7 @@ def compare(folder: Path, options: argparse.Namespace, report: Report) -> bool:
     write_run(folder, options.held)
     long_text.LARGE = 1 << 62
     every = evaluated(read_run(folder))
-    long_text.LARGE, block_means.MOST = 0, -(-options.held // _FOLDED)
+    long_text.LARGE, long_runs.MOST = 0, -(-options.held // _FOLDED)
     folded = read_run(folder)
     by_means = evaluated(folded)
     pairs = {"friction, steady state": (every.friction, by_means.friction)}
@@ -215,7 +215,7 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=20_000_000, help="rows of the long run (%(default)s)")
     parser.add_argument("--held", type=int, default=2_000_000, help="rows of the run that can be held (%(default)s)")
     parser.add_argument("--threshold", type=int, default=long_text.LARGE, help="bytes of a long file (%(default)s)")
-    parser.add_argument("--means", type=int, default=block_means.MOST, help="means that are evaluated (%(default)s)")
+    parser.add_argument("--means", type=int, default=long_runs.MOST, help="means that are evaluated (%(default)s)")
     options = parser.parse_args()
     report = Report("Runs larger than memory", options)
     with tempfile.TemporaryDirectory(prefix="tribopipe-") as made:

@@ -22,14 +22,13 @@ from typing import Any, NamedTuple
 import h5py
 
 from tribopipe.archive import nexus
-from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.provenance import raw_digest
 from tribopipe.archive.runfile import write_annotations, write_marks
 from tribopipe.archive.seal import seal_file
 from tribopipe.archive.steps import WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.record import Record, load_toml
 from tribopipe.extras.simulate import simulate_plan

@@ -25,10 +25,10 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.extras.sweep.virtual_tests import pin_run
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.study_curves import Evaluation
+from tribopipe.results.study import Evaluation
 
 RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air-800mN")
 

@@ -19,8 +19,7 @@ from labs import Report, arguments
 from tribopipe.base.arrays import Column
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.hertz import contact_modulus
-from tribopipe.physics.twin_disc import DiscPair
-from tribopipe.physics.twin_disc_steps import published_wear
+from tribopipe.physics.twin_disc import DiscPair, published_wear
 
 LOAD, RADIUS, SLIP, HIGHER_SLIP = 0.25, 4e-3, 0.04, 0.1
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

@@ -30,7 +30,7 @@ from labs import (
 from tribopipe.documents.recipe import Correction
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.evaluate import evaluate
-from tribopipe.results.agreement import AGREEMENT, RunVerdict, Verdict
+from tribopipe.results.study import AGREEMENT, RunVerdict, Verdict
 
 SI3N4, WC_CO, HALVED = "Si3N4, law holds", "WC-Co, law holds", "Si3N4, k_D halved at 800 mN"
 CASES: dict[str, tuple[Planned, ...]] = {

@@ -34,7 +34,7 @@ from tribopipe.documents.plan import Plan
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import load_toml
 from tribopipe.extras.simulate import simulate_plan
-from tribopipe.readers.draft.toml import toml
+from tribopipe.readers.draft.known_values import toml
 
 COMMAND = Path(sys.executable).with_name("tribopipe")
 _PLAN = Path(__file__).parents[1] / "sample_runs" / "plan.toml"

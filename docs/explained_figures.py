@@ -15,7 +15,7 @@ from tribopipe.physics.hertz import contact_modulus, hertz_radius
 from tribopipe.physics.pin_on_disc import SphericalPin
 from tribopipe.results.wear_prediction import OUTCOMES, Outcome
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
-from tribopipe.views.number_format import turned
+from tribopipe.views.plot import turned
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, key, styled
 
 if TYPE_CHECKING:

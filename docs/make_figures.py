@@ -13,10 +13,9 @@ from tribopipe.documents.manifest import MANIFEST_NAME, read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc, TwinDisc
-from tribopipe.evaluation.profile.track import examined
-from tribopipe.evaluation.wear.known import KnownWear
+from tribopipe.evaluation.measurements.track_profile import examined
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study

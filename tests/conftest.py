@@ -115,7 +115,7 @@ def filled(runs, tmp_path_factory) -> Path:
 @pytest.fixture(autouse=True)
 def _one_core(monkeypatch) -> None:
     """Have commands do all in this process, where tests see and change what they call, unless told otherwise."""
-    monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 1)
+    monkeypatch.setattr("tribopipe.cli.options._cores", lambda: 1)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import KnownWear
+from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.twin_disc import DiscWear

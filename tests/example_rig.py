@@ -11,11 +11,10 @@ from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import KnownWear, known_wear
-from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.prediction import predict_wear
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.extras.sweep.virtual_tests import pin_run
 from tribopipe.results.wear_fit import WearFit
 
 PLUGIN = Path(__file__).parent / "example_plugin"

@@ -3,10 +3,8 @@
 import numpy as np
 
 from tribopipe.physics.geometry import cap_height
-from tribopipe.physics.hertz import contact_modulus, hertz_radius
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
-from tribopipe.physics.local.finite_elements.disc import QuarterDisc, quarter_disc
-from tribopipe.physics.local.finite_elements.pin import PinBody, pin_body
+from tribopipe.physics.hertz import contact_modulus, hertz_ellipse, hertz_radius
+from tribopipe.physics.local.finite_elements import PinBody, QuarterDisc, pin_body, quarter_disc
 
 LOAD, RADIUS = 0.2, 0.794e-3
 MODULUS = float(contact_modulus(pin_modulus=304e9, pin_ratio=0.24, disc_modulus=304e9, disc_ratio=0.24))

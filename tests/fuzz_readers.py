@@ -50,8 +50,7 @@ class Trial:
     def __init__(self, names: Sequence[str], folder: Path) -> None:
         from reader_examples import EXAMPLES
 
-        from tribopipe.readers.reader import Hints
-        from tribopipe.readers.registry import readers
+        from tribopipe.readers.reader import Hints, readers
 
         self.hints = Hints()
         self.readers = [(name, reader) for name, reader in readers().items() if name in (names or EXAMPLES)]

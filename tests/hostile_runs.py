@@ -7,8 +7,7 @@ import numpy as np
 
 from tribopipe import read_run
 from tribopipe.archive.store import Archive
-from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.studies import run_study

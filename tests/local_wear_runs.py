@@ -7,7 +7,7 @@ from folders import SAMPLES
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.wear.local import LocalOptions, local_scenario, wear_locally
-from tribopipe.results.local_wear_curves import LocalCurves
+from tribopipe.results.local_wear import LocalCurves
 
 PIN, DISCS = "si3n4-air-200mN", "si3n4-twin-disc-10pct-1000k-a"
 

@@ -14,7 +14,7 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.verdict import Comparison, decide, ratio
-from tribopipe.results.agreement import RunVerdict
+from tribopipe.results.study import RunVerdict
 
 LAW = 10e-6
 """Depth that the law predicts, m."""

@@ -14,15 +14,14 @@ from killed import Killed, dying_at
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.earlier_manifests import changes
-from tribopipe.archive.history.entry import FILE_NAME as HISTORY
+from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.recipe import Recipe
-from tribopipe.pipeline.reproduce.runs import reproduce
+from tribopipe.pipeline.reproduce import reproduce
 from tribopipe.pipeline.stages import fit_archived_friction, ingest, process
 from tribopipe.pipeline.verify.archive import verify
 from tribopipe.pipeline.verify.history import accept

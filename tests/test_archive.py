@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
-from tribopipe.archive.history.entry import FILE_NAME as HISTORY
+from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.rescue import rescue
 from tribopipe.archive.steps import STEPS, Step, downstream

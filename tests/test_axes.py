@@ -6,7 +6,7 @@ from disc_runs import BARE as DISCS
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.axes import complete_axes
+from tribopipe.evaluation.derived_columns import complete_axes
 
 UNEVEN = np.array([0.0, 0.5, 2.0, 3.0, 7.0, 7.5, 12.0])
 """s: between samples that are not evenly spaced a rectangle is off by more than rounding."""

@@ -23,8 +23,9 @@ from batch_work import (
 )
 from listening import listening
 
+from tribopipe.base import dask_workers
 from tribopipe.base.errors import BatchError, FitError, InternalError
-from tribopipe.base.executor import Crew, as_done, at_work, cluster
+from tribopipe.base.executor import Crew, as_done, at_work
 from tribopipe.base.files import leftovers
 
 TWO = Crew(jobs=2)
@@ -192,7 +193,7 @@ def test_what_is_no_address_is_refused(address):
 
 @pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_one_sentence(monkeypatch):
-    monkeypatch.setattr(cluster, "_ANSWERS_WITHIN", 1)
+    monkeypatch.setattr(dask_workers, "_ANSWERS_WITHIN", 1)
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))
         with pytest.raises(BatchError, match="found no Dask scheduler at tcp://127"):
@@ -200,7 +201,7 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(monkeypatch):
 
 
 def test_a_worker_of_another_version_is_refused():
-    answer = cluster._answer_on_worker("0.0.1", squared, 2)
+    answer = dask_workers._answer_on_worker("0.0.1", squared, 2)
     assert isinstance(answer, BatchError)
     assert "expected 0.0.1, as here" in str(answer)
 

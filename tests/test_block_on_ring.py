@@ -12,11 +12,10 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
-from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import given_wear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
+from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.physics.geometry import cap_radius, segment_area, segment_height
 from tribopipe.physics.pin_on_disc import BlockOnCylinder
 from tribopipe.results.run import RawRun

@@ -16,9 +16,9 @@ from study_runs import HEAVY, LIGHT
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.browse import bundle
+from tribopipe.browse import app
 from tribopipe.browse.server import listening
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.studies import run_study
@@ -247,7 +247,7 @@ def test_an_empty_archive_is_an_answer(tmp_path):
 
 
 def test_without_the_bundle_a_page_says_how_to_build_it(reader, tmp_path, monkeypatch):
-    monkeypatch.setattr(bundle, "BUNDLE", tmp_path)
+    monkeypatch.setattr(app, "BUNDLE", tmp_path)
     assert "npm ci && npm run build" in reader.send("/").error
 
 
@@ -301,7 +301,7 @@ def test_a_study_is_a_page_with_plots(kind, request):
 
 
 def test_the_command_needs_an_archive_and_the_bundle(run_cli, archive, tmp_path, monkeypatch):
-    monkeypatch.setattr(bundle, "BUNDLE", tmp_path)
+    monkeypatch.setattr(app, "BUNDLE", tmp_path)
     missing = run_cli("browse", "--archive", tmp_path / "nowhere")
     assert (missing.exit_code, missing.stderr.count("\n")) == (1, 1)
     assert "found no archive there" in missing.stderr
@@ -313,7 +313,7 @@ def test_the_command_needs_an_archive_and_the_bundle(run_cli, archive, tmp_path,
 @pytest.mark.slow
 def test_the_command_lists_serves_and_says_where(run_cli, archive, tmp_path, monkeypatch):
     (tmp_path / "index.html").write_text("page", encoding="utf-8")
-    monkeypatch.setattr(bundle, "BUNDLE", tmp_path)
+    monkeypatch.setattr(app, "BUNDLE", tmp_path)
     opened, served = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)
     monkeypatch.setattr("uvicorn.Server.run", lambda _, sockets: served.extend(sockets) or time.sleep(0.1))

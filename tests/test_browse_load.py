@@ -8,7 +8,7 @@ from contextlib import ExitStack, suppress
 import pytest
 from browse_client import Client, serving
 
-from tribopipe.browse import patience
+from tribopipe.browse import server
 from tribopipe.browse.server import HOST
 
 RUN = "si3n4-air-200mN"
@@ -32,7 +32,7 @@ def request(client: Client, target: str) -> str:
 
 @pytest.mark.parametrize("said", ["", "GET /", "GET / HTTP/1.1\r\nHost: x\r\n"])
 def test_a_request_that_does_not_come_is_not_waited_for(client, monkeypatch, said):
-    monkeypatch.setattr(patience, "_REQUEST_WITHIN", 0.2)
+    monkeypatch.setattr(server, "_REQUEST_WITHIN", 0.2)
     with ExitStack() as held:
         waiting = sent(client, said, held)
         time.sleep(0.5)
@@ -41,7 +41,7 @@ def test_a_request_that_does_not_come_is_not_waited_for(client, monkeypatch, sai
 
 @pytest.mark.slow
 def test_the_longest_without_a_request_gives_way(client, monkeypatch):
-    monkeypatch.setattr(patience, "most_connections", lambda: 20)
+    monkeypatch.setattr(server, "most_connections", lambda: 20)
     with ExitStack() as held:
         waiting = [sent(client, "GET / HTTP/1.1\r\n", held) for _ in range(100)]
         assert client.get("api", "revision").status == 200
@@ -64,7 +64,7 @@ def is_open(one: socket.socket) -> bool:
 
 def test_an_answer_that_nobody_takes_ends(archive, monkeypatch):
     (archive / "long.h5").write_bytes(bytes(30 << 20))
-    monkeypatch.setattr(patience, "_TAKEN_WITHIN", 0.3)
+    monkeypatch.setattr(server, "_TAKEN_WITHIN", 0.3)
     with serving(archive) as client, ExitStack() as held:
         slow = sent(client, request(client, "/api/runs/long/file"), held)
         time.sleep(1.0)

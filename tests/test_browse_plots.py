@@ -14,16 +14,16 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tribopipe.archive.store import Archive
-from tribopipe.browse.decimate import Window, shown
-from tribopipe.browse.drawing import plot_answer
-from tribopipe.browse.json_answer import encoded
+from tribopipe.browse.answers import plot_answer
+from tribopipe.browse.file_cache import Kept, RunFile
 from tribopipe.browse.plots import run_axes, run_plots
-from tribopipe.browse.samples import Kept, RunFile
+from tribopipe.browse.responses import encoded
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.views.decimation import Window, shown
 from tribopipe.views.plot import RATIO, Curve, Panel, Plot
 from tribopipe.views.run_plots import PIN_WEAR, WANDER, WANDER_NAME
 

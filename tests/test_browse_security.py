@@ -11,9 +11,9 @@ import pytest
 from archived_files import edited
 from browse_client import Client, serving
 
-from tribopipe.browse import bundle
-from tribopipe.browse.download import download
+from tribopipe.browse import app
 from tribopipe.browse.guard import REPORT_POLICY
+from tribopipe.browse.responses import download
 
 SECRET = b"secret 4711"
 RUN = "si3n4-air-200mN"
@@ -182,7 +182,7 @@ def test_the_pages_are_served_from_their_folder_alone(client, tmp_path, monkeypa
     (tmp_path / "static" / "assets").mkdir(parents=True)
     (tmp_path / "static" / "index.html").write_text("the page", encoding="utf-8")
     (tmp_path / "static" / "assets" / "app.js").write_text("1", encoding="utf-8")
-    monkeypatch.setattr(bundle, "BUNDLE", tmp_path / "static")
+    monkeypatch.setattr(app, "BUNDLE", tmp_path / "static")
     for target in (*TRAVERSALS, (tmp_path / "secret.txt").as_posix(), "/runs/x", "/"):
         answer = client.send(target)
         assert SECRET not in answer.body

@@ -15,13 +15,13 @@ from archived_files import edited
 
 from tribopipe.archive import file_signature as stamps
 from tribopipe.archive.catalog.catalog import Catalogue
-from tribopipe.archive.catalog.columns import COLUMNS
 from tribopipe.archive.catalog.database import FILE_NAME
+from tribopipe.archive.catalog.listing import COLUMNS
 from tribopipe.archive.catalog.reading import read_cells
 from tribopipe.archive.nexus import text
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.results.wear_fit import WearFit
 
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
@@ -123,7 +123,7 @@ def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     from tribopipe.documents.recipe import Recipe
     from tribopipe.documents.study import Study
     from tribopipe.pipeline.studies import run_study
-    from tribopipe.results.agreement import AGREEMENT
+    from tribopipe.results.study import AGREEMENT
 
     archive = Archive(Path(shutil.copytree(sample_archive.folder, tmp_path / "archive")))
     catalogue = Catalogue(archive.folder)

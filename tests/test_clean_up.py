@@ -30,9 +30,9 @@ from tribopipe.documents.record import load_toml, read_document
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.preprocessing.spikes import spikes
+from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.physics.axis_restarts import continuous, segments
+from tribopipe.physics.axis_faults import continuous, segments
 from tribopipe.pipeline.stages import clean_archived, fit_archived_friction, process
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.json_schema import schema_text

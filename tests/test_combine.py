@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from tribopipe.evaluation.study.combine import Combination, combine, paule_mandel
+from tribopipe.evaluation.study.random_effects import Combination, combine, paule_mandel
 
 TRUE = 1.35e-14
 """k_D of Si3N4 in air, m²/N."""

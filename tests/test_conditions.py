@@ -13,10 +13,10 @@ from tribopipe.evaluation.checks.conditions import levels_of
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.physics.identities import IDENTITIES, ratios
+from tribopipe.readers.column_meanings import open_units, roles_of
 from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.formats.umt import UmtReader
 from tribopipe.readers.harmonize import read_run
-from tribopipe.readers.open_units import open_units, roles_of
 from tribopipe.readers.reader import Hints, ReadColumn
 from tribopipe.results.run import RawRun, SourceFile
 

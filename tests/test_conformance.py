@@ -16,8 +16,7 @@ from reader_examples import EXAMPLES, GENERIC
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers import conformance
 from tribopipe.readers.conformance import CLAIMED, ConformanceError, Example, check_reader
-from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable, readers
 from tribopipe.results.run import SourceFile
 
 DOCS = Path(__file__).parents[1] / "docs" / "readers.md"

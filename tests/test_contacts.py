@@ -16,8 +16,8 @@ from example_rig import PLUGIN
 import tribopipe
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.database import FILE_NAME
-from tribopipe.archive.definitions.registry import definitions
-from tribopipe.archive.definitions.run import run_definition
+from tribopipe.archive.definitions.entries import run_definition
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError
 from tribopipe.base.plugins import declared
@@ -25,16 +25,14 @@ from tribopipe.documents import contact_kinds
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.pin_on_disc import PinOnDisc
+from tribopipe.documents.pin_on_flat import PinOnDisc
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import read_document
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.evaluation.wear.curves import wear_scenario
-from tribopipe.evaluation.wear.known import given_wear
-from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.physics.hertz import hertz_radius
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
+from tribopipe.evaluation.wear.scenario import given_wear
+from tribopipe.physics.hertz import hertz_ellipse, hertz_radius
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
 

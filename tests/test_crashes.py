@@ -19,19 +19,19 @@ from matplotlib.figure import Figure
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.store import Archive
 from tribopipe.base import failures as faults
-from tribopipe.base import interrupts
+from tribopipe.base import process_lifecycle
 from tribopipe.base.errors import ArchiveError, InternalError, ReaderError, TribopipeError
-from tribopipe.base.executor.environment import ONE_THREAD
 from tribopipe.base.files import leftovers, write_file
+from tribopipe.base.process_lifecycle import ONE_THREAD
 from tribopipe.documents.annotation import Annotation
-from tribopipe.pipeline.verify import tree
+from tribopipe.pipeline.verify import nexus
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.results.run import SourceFile
 from tribopipe.views.archived_figures import run_is_drawn
 from tribopipe.views.run_figures import save_beside, save_figures
 
 RUN = "si3n4-air-200mN"
-WRITING = "tribopipe.archive.write_errors.LateErrors"
+WRITING = "tribopipe.archive.file_access.LateErrors"
 NOTE = Annotation(kind="note", text="dry", date="2026-01-05T08:00:00+00:00", operator="anna")
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no signals to a process")
 
@@ -134,13 +134,13 @@ def test_an_interrupted_write_leaves_nothing(tmp_path):
 
 def test_what_was_begun_is_undone_in_turn_and_no_more_once_it_is_done():
     undone = []
-    with interrupts.undone_by(lambda: undone.append("outer")):
-        with interrupts.undone_by(lambda: undone.append("done")):
+    with process_lifecycle.undone_by(lambda: undone.append("outer")):
+        with process_lifecycle.undone_by(lambda: undone.append("done")):
             pass
-        with interrupts.undone_by(lambda: undone.append("inner")):
-            interrupts.undo_all()
+        with process_lifecycle.undone_by(lambda: undone.append("inner")):
+            process_lifecycle.undo_all()
     assert undone == ["inner", "outer"]
-    interrupts.undo_all()
+    process_lifecycle.undo_all()
     assert undone == ["inner", "outer"]
 
 
@@ -148,7 +148,7 @@ def test_a_reader_of_its_own_process_ends_with_the_command(monkeypatch):
     plain = subprocess.Popen.communicate
 
     def interrupted_meanwhile(process, *given, **named):
-        interrupts.undo_all()
+        process_lifecycle.undo_all()
         return plain(process, *given, **named)
 
     monkeypatch.setattr(subprocess.Popen, "communicate", interrupted_meanwhile)
@@ -217,14 +217,14 @@ def test_parts_are_not_asked_for_by_what_hides_errors_of_the_system(archive, mon
 
 
 def test_verify_says_nothing_else_of_a_file_that_the_system_does_not_give(run_cli, archive, monkeypatch):
-    plain, calls = tree._field, iter(range(5))
+    plain, calls = nexus._field, iter(range(5))
 
     def fail(dataset):
         if next(calls, None) is None:
             raise OSError(f"Can't synchronously read data (file read failed: time = x\n, errno = {errno.ESTALE}, ")
         return plain(dataset)
 
-    monkeypatch.setattr(tree, "_field", fail)
+    monkeypatch.setattr(nexus, "_field", fail)
     told = run_cli("verify", archive)
     assert told.exit_code == 1
     (said,) = [line for line in told.output.splitlines() if line.startswith(("error", "warning"))]
@@ -284,7 +284,7 @@ def test_what_a_killed_writer_left_of_figures_goes_once_these_are_drawn_again(st
 
 
 @pytest.mark.parametrize(
-    "call", ["os.open", "os.fsync", "os.replace", "tribopipe.archive.write_errors.LateErrors.write_all"]
+    "call", ["os.open", "os.fsync", "os.replace", "tribopipe.archive.file_access.LateErrors.write_all"]
 )
 def test_without_room_a_file_stays_as_it_was(store, monkeypatch, call):
     before = store.path(RUN).read_bytes()
@@ -370,7 +370,7 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(store, monkeypatch):
     def refuse(path):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
-    monkeypatch.setattr("tribopipe.archive.opening.is_sealed", refuse)
+    monkeypatch.setattr("tribopipe.archive.file_access.is_sealed", refuse)
     with pytest.raises(ArchiveError, match=r"si3n4-air-200mN\.h5: cannot be read \(Permission denied\)"):
         store.manifest(RUN)
 

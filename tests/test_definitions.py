@@ -18,24 +18,21 @@ from end_value_runs import measured
 from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
 from lxml import etree
 
-from tribopipe.archive.definitions.names import RUNS, STUDY
-from tribopipe.archive.definitions.nxdl import nxdl_text
+from tribopipe.archive.definitions.entries import run_definition
+from tribopipe.archive.definitions.nxdl import definitions, nxdl_text
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart
-from tribopipe.archive.definitions.registry import definitions
-from tribopipe.archive.definitions.run import run_definition
+from tribopipe.archive.formats import RUNS, STUDY
 from tribopipe.archive.store import Archive
-from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact_kinds import contacts
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import process, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
 from tribopipe.pipeline.verify.look import Look
-from tribopipe.pipeline.verify.nexus import check_nexus
-from tribopipe.pipeline.verify.tree import read_tree
-from tribopipe.readers import block_means as means
+from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
+from tribopipe.readers import long_runs as means
 from tribopipe.readers import long_text
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import SourceFile

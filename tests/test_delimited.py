@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers import delimited
-from tribopipe.readers.column_names import bare_name, split_name
 from tribopipe.readers.delimited import DelimitedReader
 from tribopipe.readers.reader import Hints, ReadColumn, Reader, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import bare_name, is_number, split_name
 from tribopipe.results.run import SourceFile
 
 READER = DelimitedReader()

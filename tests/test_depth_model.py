@@ -12,19 +12,17 @@ from test_identify import CASES, record
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.depth_model_summary import depth_model
+from tribopipe.evaluation.depth_reading import depth_model
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.depth_problem import depth_problem
 from tribopipe.evaluation.wear.findings import DECISIVE
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.problem import wear_problem
-from tribopipe.physics.depth_model.blocks import blocks_of
 from tribopipe.physics.depth_model.mixture import Anchor, Regression, _Projected
 from tribopipe.physics.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
-from tribopipe.physics.depth_model.steps import steps
-from tribopipe.physics.depth_model.terms import AMPLITUDES, optional_terms
-from tribopipe.physics.depth_model.wander import wanders
-from tribopipe.physics.depth_model.widened import widened
+from tribopipe.physics.depth_model.prior_sensitivity import widened
+from tribopipe.physics.depth_model.samples import blocks_of, steps
+from tribopipe.physics.depth_model.terms import AMPLITUDES, optional_terms, wanders
 from tribopipe.physics.pin_on_track import volume_growth
 
 DEPTH, NOISE, SAMPLES = 20e-6, 50e-9, 4000

@@ -12,10 +12,9 @@ from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.design import designs
-from tribopipe.evaluation.study.longer_tests import at_length
-from tribopipe.evaluation.study.member import Member, PosedRun
-from tribopipe.evaluation.wear.budget import budget
+from tribopipe.evaluation.study.member import Member, PosedRun, at_length
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.uncertainty import budget
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.input_quantities import input_label
 

@@ -6,9 +6,8 @@ from disc_runs import CONVENTIONS, K_1, K_2, TYPICAL, exact_run, recipe
 from test_disc_fit import MIXTURES, STOPS, VOLUMES
 from test_twin_disc import CASES, discs_of
 
-from tribopipe.evaluation.wear import explicit_draws
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
-from tribopipe.physics.response_surface import Inputs, extended
+from tribopipe.physics.uncertainty import Inputs, extended
 
 COUNT = 1_500
 
@@ -96,7 +95,7 @@ def test_few_draws_do_without_a_quadratic(monkeypatch, by_itself):
     start = np.array([K_1, K_2]) * TYPICAL["full-slip"]
     values = problem.draw(np.random.default_rng(3), COUNT)
     whole = problem.solve_draws(values, start)
-    monkeypatch.setattr(explicit_draws, "_FIRST", 20)
+    monkeypatch.setattr("tribopipe.evaluation.wear.measurement_problem._FIRST", 20)
     np.testing.assert_allclose(problem.solve_draws(values, start), whole, rtol=1e-7)
     assert by_itself[0] == 0
 

@@ -19,7 +19,7 @@ from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.curves import fitted_curves
+from tribopipe.evaluation.wear.prediction import fitted_curves
 from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.pipeline.archived_results import archived_correction
 from tribopipe.pipeline.stages import ingest, process

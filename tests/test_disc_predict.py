@@ -29,9 +29,8 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
-from tribopipe.evaluation.wear.known import known_wear
-from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario
+from tribopipe.evaluation.wear.prediction import predict_wear
+from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario, known_wear
 from tribopipe.physics.friction_path import ExponentialFriction
 
 FRICTION = ExponentialFriction(0.15, 0.42, 40.0)

@@ -11,7 +11,7 @@ from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, TribopipeError
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.plan import Fatigue
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
@@ -22,7 +22,7 @@ from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study
-from tribopipe.results.agreement import StudyResult
+from tribopipe.results.study import StudyResult
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 

@@ -17,7 +17,7 @@ from filelock import FileLock
 from folders import ROOT, SAMPLES
 from typer.main import get_command
 
-from tribopipe.archive.definitions.registry import definitions
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.documents.record import read_document
 from tribopipe.results.json_schema import SCHEMAS
 

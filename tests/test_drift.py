@@ -14,7 +14,7 @@ from tribopipe.documents.quantity import EndValue
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.depth_reading import sliding_time
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.extras.simulate.drawing import correlated as _correlated
+from tribopipe.extras.simulate.instrument import correlated as _correlated
 from tribopipe.physics.pin_on_disc import SphericalPin
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun

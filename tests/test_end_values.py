@@ -36,7 +36,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Rec
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
-from tribopipe.evaluation.profile.track import worn_area
+from tribopipe.evaluation.measurements.track_profile import worn_area
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.geometry import scar_radius_at, short_cap_error, short_track_error
 from tribopipe.results.run import Profile

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import tribopipe
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.evaluation.wear.uncertainty import budget
 from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius
 from tribopipe.physics.pin_on_disc import SphericalPin
 from tribopipe.physics.twin_disc import DiscPair

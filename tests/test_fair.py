@@ -24,10 +24,10 @@ from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.dataset import NOTHING_SAID, Dataset
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml, read_document
-from tribopipe.extras.fair.datacite import datacite
 from tribopipe.extras.fair.export import choose, export_crate
 from tribopipe.extras.fair.restore import restore
-from tribopipe.extras.fair.terms import TERMS, UNITS
+from tribopipe.extras.fair.root import datacite
+from tribopipe.extras.fair.vocabulary import TERMS, UNITS
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import load_studies, run_study
 

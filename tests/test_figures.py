@@ -22,14 +22,13 @@ from tribopipe.documents.signals import SIGNALS
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.prediction import fitted_curves
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
-from tribopipe.views.archived_figures import run_is_drawn, save_run_figures
+from tribopipe.views.archived_figures import RUN_CAPTIONS, run_is_drawn, save_run_figures
 from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
-from tribopipe.views.html.captions import RUN_CAPTIONS
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.views.run_plots import WANDER_NAME, depth_panels
 

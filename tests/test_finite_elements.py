@@ -20,11 +20,9 @@ from fe_bodies import (
 
 from tribopipe.base.errors import ContactError
 from tribopipe.physics.local.course import wear
-from tribopipe.physics.local.finite_elements.disc import QuarterDisc
-from tribopipe.physics.local.finite_elements.grading import continued, nested_dissection, tributary
-from tribopipe.physics.local.finite_elements.pin import pin_body
-from tribopipe.physics.local.finite_elements.stiffness import skfem, stiffness
-from tribopipe.physics.local.grading import graded
+from tribopipe.physics.local.elastic_body import skfem, stiffness
+from tribopipe.physics.local.finite_elements import QuarterDisc, pin_body
+from tribopipe.physics.local.nodes import continued, graded, nested_dissection, tributary
 
 DISTANCES = np.array([0.1, 1.0, 10.0, 100.0, 500.0])
 DEPTHS = np.array([0.32352, 1.03758, 3.29059, 10.42579, 23.37819]) * 1e-6

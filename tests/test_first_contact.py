@@ -24,9 +24,8 @@ from tribopipe.base.errors import CheckError, InternalError, TribopipeError
 from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete
 from tribopipe.cli.manual import links, pages, sections
-from tribopipe.cli.next_steps import next_steps
-from tribopipe.cli.workspace import Whereabouts, ids_in, look_around
-from tribopipe.documents.mark import Mark
+from tribopipe.cli.next_steps import Whereabouts, ids_in, look_around, next_steps
+from tribopipe.documents.annotation import Mark
 from tribopipe.evaluation.checks import (  # noqa: F401, which register their checks
     conditions,
     documents,
@@ -382,7 +381,7 @@ def test_links_lead_to_the_site_that_the_package_names(monkeypatch):
 
 
 def test_demo_leaves_a_folder_of_something_else_alone(run_cli, lab, monkeypatch):
-    monkeypatch.setattr("tribopipe.browse.bundle.is_built", lambda: True)
+    monkeypatch.setattr("tribopipe.browse.app.is_built", lambda: True)
     (lab / "thesis.docx").touch()
     refused = run_cli("demo", "--folder", lab)
     assert refused.exit_code == 1
@@ -393,7 +392,7 @@ def test_demo_leaves_a_folder_of_something_else_alone(run_cli, lab, monkeypatch)
 @pytest.mark.slow
 def test_demo_records_processes_and_shows(lab, run_cli, monkeypatch):
     served = []
-    monkeypatch.setattr("tribopipe.browse.bundle.is_built", lambda: True)
+    monkeypatch.setattr("tribopipe.browse.app.is_built", lambda: True)
     monkeypatch.setattr("tribopipe.browse.server.serve", lambda archive, *_, **how: served.append((archive, how)))
     for _ in range(2):
         shown = run_cli("demo", "--no-browser", cwd=lab)

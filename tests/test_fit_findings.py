@@ -7,8 +7,8 @@ from folders import replace_in
 
 from tribopipe.archive.store import Archive
 from tribopipe.browse.answers import run_answer
+from tribopipe.browse.file_cache import Kept, RunFile
 from tribopipe.browse.plots import run_plots
-from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.pipeline.stages import process
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code

@@ -18,15 +18,13 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.study.engines import compare_engines, engine_notes
 from tribopipe.evaluation.study.evaluate import evaluate
-from tribopipe.evaluation.wear.curves import fitted_curves
-from tribopipe.evaluation.wear.draws import coefficient_draws
+from tribopipe.evaluation.study.recorded_runs import compare_engines, engine_notes
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
+from tribopipe.evaluation.wear.uncertainty import coefficient_draws
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.stages import fit_archived_wear, predict_archived
 from tribopipe.readers.harmonize import read_run

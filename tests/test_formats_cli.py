@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.column_meanings import meanings_of
 from tribopipe.readers.export_files import chosen_reader, read_export
-from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable, readers
 from tribopipe.results.run import SourceFile
 
 DWF = b"          TIME;          FF;\r        0,9150;        4,80;;\r        1,8240;       16,13;;\r"
@@ -138,7 +137,7 @@ class Sure:
 
 def test_two_that_are_equally_sure_are_named(monkeypatch, files):
     pairs = tuple((name, Sure(name)) for name in ("one", "other"))
-    monkeypatch.setattr("tribopipe.readers.registry._loaded", lambda: pairs)
+    monkeypatch.setattr("tribopipe.readers.reader._loaded", lambda: pairs)
     with pytest.raises(ReaderError, match="first: found a file that one and other both recognize"):
         read_export(files["first"])
 

@@ -13,10 +13,9 @@ from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import given_wear
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
+from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.readers.harmonize import read_run
 
 STEEL = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}

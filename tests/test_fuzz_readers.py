@@ -11,8 +11,7 @@ import pytest
 from reader_examples import EXAMPLES
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.reader import Hints
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import Hints, readers
 from tribopipe.results.run import SourceFile
 
 PROGRAM = Path(__file__).with_name("fuzz_readers.py")

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.physics.axis_restarts import segments
-from tribopipe.physics.counter_glitches import mended
+from tribopipe.physics.axis_faults import mended, segments
 from tribopipe.readers.harmonize import read_run
 
 CLOCK = np.arange(400.0)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import pytest
 from folders import ROOT
 
-from tribopipe.archive.catalog.columns import COLUMNS
+from tribopipe.archive.catalog.listing import COLUMNS
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.archive.definitions.parts import GroupPart
-from tribopipe.archive.definitions.registry import definitions
 from tribopipe.archive.steps import STEPS
 from tribopipe.base.units import pretty
 from tribopipe.documents.manifest import RunManifest

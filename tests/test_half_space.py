@@ -9,13 +9,12 @@ from hypothesis.extra.numpy import arrays
 from tribopipe.base.errors import ContactError
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import hertz_radius
-from tribopipe.physics.local import projected_cg
+from tribopipe.physics.local import contact_solvers
+from tribopipe.physics.local.contact_solvers import Contact, solve_by_conjugate_gradients
 from tribopipe.physics.local.course import wear
 from tribopipe.physics.local.grids import DiscTrack, PinGrid, measured_pin, round_pin
 from tribopipe.physics.local.half_space import HalfSpace, MirroredHalfSpace
-from tribopipe.physics.local.projected_cg import pressed
 from tribopipe.physics.local.rings import Rings, ring_edges
-from tribopipe.physics.local.surface import Contact
 
 MODULUS, LOAD, RADIUS = 161e9, 0.2, 0.794e-3
 START = float(hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS))
@@ -114,7 +113,7 @@ ROUGH = SHAPES.flatmap(lambda shape: arrays(float, shape, elements=st.floats(0, 
 def test_what_is_found_is_a_contact(gap, load, length, amount, disc):
     space = (MirroredHalfSpace if disc else HalfSpace)(1.0, (1.0, length), gap.shape)
     spectrum = space.compliance + amount * (space.streamlines if disc else 1.0)
-    contact = pressed(lambda pressure: space.convolved(pressure, spectrum), gap, space.cell, load)
+    contact = solve_by_conjugate_gradients(lambda pressure: space.convolved(pressure, spectrum), gap, space.cell, load)
     left = gap + space.convolved(contact.pressure, spectrum) - contact.approach
     closed = contact.approach - gap.min()
     assert np.all(contact.pressure >= 0)
@@ -124,7 +123,7 @@ def test_what_is_found_is_a_contact(gap, load, length, amount, disc):
 
 
 def test_a_contact_not_found_is_said(monkeypatch):
-    monkeypatch.setattr(projected_cg, "_MOST_STEPS", 5)
+    monkeypatch.setattr(contact_solvers, "_MOST_STEPS", 5)
     with pytest.raises(ContactError, match=r"found no contact in 5 steps; expected .* settle"):
         unworn(round_pin(normal_load=LOAD, modulus=MODULUS, tip=sphere, reach=1.3 * START, cells=32))
 

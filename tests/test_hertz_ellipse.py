@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.hertz import hertz_radius
-from tribopipe.physics.hertz_ellipse import HertzEllipse, hertz_ellipse
+from tribopipe.physics.hertz import HertzEllipse, hertz_ellipse, hertz_radius
 
 LOAD, RADIUS, MODULUS = 0.3, 4e-3, 84.7e9
 AXIS_RATIOS = ["1.000000000001", "1.000001", "1.001", "1.2", "1.5", "2", "5", "10", "100", "1000", "10000"]

@@ -20,10 +20,9 @@ from killed import Killed, dying_at
 from test_archive import run_with
 
 import tribopipe.pipeline.verify.history as verifying
+from tribopipe.archive import history
 from tribopipe.archive.file_signature import stamps
-from tribopipe.archive.history import chain
-from tribopipe.archive.history.account import Account
-from tribopipe.archive.history.entry import FILE_NAME, FIRST, chained, entry, hash_of
+from tribopipe.archive.history import FILE_NAME, FIRST, Account, chained, entry, hash_of
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.removal import remove, restore
 from tribopipe.archive.store import Archive
@@ -33,10 +32,9 @@ from tribopipe.base.files import sha256_of
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.verify.archive import verify
-from tribopipe.results.agreement import StudyResult
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import RawRun
-from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
+from tribopipe.results.study import MeasuredCurve, StudyCurve, StudyResult
 
 DATE = "2026-11-01T08:00:00+00:00"
 CATALOGUE = "catalogue.sqlite"
@@ -512,7 +510,7 @@ def put_back(archive: Archive, bare: RawRun) -> None:  # noqa: ARG001
     restore(archive, OTHER)
 
 
-MOMENTS = [(chain, "_added"), (chain, "_keep_head"), (Path, "mkdir")]
+MOMENTS = [(history, "_added"), (history, "_keep_head"), (Path, "mkdir")]
 """At which processes end, beside those at which files are put on the disk and given their name."""
 
 
@@ -545,7 +543,7 @@ def test_wherever_a_writer_is_killed_there_is_no_alarm(folder, bare_run, tmp_pat
 def test_what_a_killed_writer_left_open_is_settled_and_then_a_rollback_is_seen(folder, tmp_path):
     older = shutil.copy(folder / FILES[0], tmp_path)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chain, "_keep_head", lambda *_: patch.setattr(chain, "_added", killed))
+        patch.setattr(history, "_keep_head", lambda *_: patch.setattr(history, "_added", killed))
         with pytest.raises(Killed):
             rewrite(folder, FILES[0], "second")
     assert (folder / FILES[0]).read_bytes() != Path(older).read_bytes()
@@ -568,14 +566,14 @@ def test_a_line_that_was_half_written_is_passed_over(folder, tmp_path):
         (at / LOCKS / "history.head").write_text(head, encoding="ascii")
         account = Account(at).read()
         assert (account.problems, account.missing()) == ([], None)
-        chain.append(at, [entry("done", FILES[0])])
+        history.append(at, [entry("done", FILES[0])])
         account.read()
         assert (account.problems, account.missing(), account.files[FILES[0]].unconfirmed) == ([], None, False)
         shutil.rmtree(at)
 
 
 def test_a_write_that_was_done_is_not_called_failed_where_that_cannot_be_noted(folder, monkeypatch):
-    plain, calls = chain.append, count()
+    plain, calls = history.append, count()
 
     def without_room(*arguments):
         if next(calls):
@@ -583,7 +581,7 @@ def test_a_write_that_was_done_is_not_called_failed_where_that_cannot_be_noted(f
         plain(*arguments)
 
     with monkeypatch.context() as patch:
-        patch.setattr(chain, "append", without_room)
+        patch.setattr(history, "append", without_room)
         rewrite(folder, FILES[0], "second")
     assert [one.text for one in Archive(folder).annotations(RUN)] == ["second"]
     assert errors(folder) == []
@@ -596,7 +594,7 @@ def test_without_room_for_a_line_nothing_is_written(folder, monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(chain, "chained", no_room)
+        patch.setattr(history, "chained", no_room)
         with pytest.raises(ArchiveError, match="No space left"):
             rewrite(folder, FILES[0], "second")
     assert tree_bytes(folder) == before
@@ -660,10 +658,10 @@ def test_a_write_reads_the_end_of_the_history_alone(folder, monkeypatch):
     with (folder / FILE_NAME).open("ab") as file:
         file.write(long)
     (folder / LOCKS / "history.head").write_text(head, encoding="ascii")
-    monkeypatch.setattr(chain, "_has_line", killed)
+    monkeypatch.setattr(history, "_has_line", killed)
     started = time.perf_counter()
     for _ in range(5):
-        chain.append(folder, [entry("done", FILES[0])])
+        history.append(folder, [entry("done", FILES[0])])
     assert time.perf_counter() - started < 0.5
     assert Account(folder).read().problems == []
 

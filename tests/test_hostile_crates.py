@@ -133,7 +133,7 @@ def test_link_out_of_a_folder_is_not_followed(content, tmp_path):
 
 
 def test_bomb_is_not_unpacked(tmp_path, monkeypatch):
-    monkeypatch.setattr("tribopipe.extras.fair.packed._FREE", 1 << 20)
+    monkeypatch.setattr("tribopipe.extras.fair.restore._FREE", 1 << 20)
     zeros = bytes(3 << 20)
     said = refused(packed(tmp_path / "crate.zip", {NAME: zeros}, described(zeros)), tmp_path)
     assert "which unpacks to 3,145,728 bytes" in said

@@ -20,10 +20,9 @@ from test_archive import run_with
 from tribopipe.archive import hdf5_guard as own_content
 from tribopipe.archive import nexus
 from tribopipe.archive.catalog.reading import read_cells
-from tribopipe.archive.hdf5_guard import own_datasets
-from tribopipe.archive.hdf5_text_lengths import RawFile, attributes
+from tribopipe.archive.hdf5_compression import check_packed, unpacked
+from tribopipe.archive.hdf5_guard import RawFile, attributes, own_datasets
 from tribopipe.archive.store import Archive
-from tribopipe.archive.unpack import check_packed, unpacked
 from tribopipe.base.errors import ArchiveError
 
 pytestmark = pytest.mark.slow

@@ -27,7 +27,7 @@ from tribopipe.pipeline.stages import find_runs, ingest
 from tribopipe.readers import profiles
 from tribopipe.readers.delimited import DelimitedReader
 from tribopipe.readers.formats.umt import UmtReader
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import readers
 from tribopipe.readers.toml_reader import described_reader
 from tribopipe.results.run import SourceFile
 

@@ -7,8 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ManifestError
-from tribopipe.documents.dataset import Dataset
-from tribopipe.documents.identifiers import doi, orcid, orcid_check_digit, ror, spdx_licence
+from tribopipe.documents.dataset import Dataset, doi, orcid, orcid_check_digit, ror, spdx_licence
 from tribopipe.documents.record import load_toml
 
 FIFTEEN = st.text("0123456789", min_size=15, max_size=15)

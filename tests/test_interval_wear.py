@@ -9,7 +9,7 @@ from end_value_runs import DENSITY, described, run_of, si
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.views.step_sections import _specific_wear_told
+from tribopipe.views.run_page import _specific_wear_told
 
 END, STOPS, LOAD = 25e3, 12, 10.0
 PLACES = np.linspace(END / STOPS, END, STOPS)

@@ -17,11 +17,11 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.draws import coefficient_draws, solve_draws
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
 from tribopipe.evaluation.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.uncertainty import coefficient_draws, solve_draws
 from tribopipe.extras.simulate import VirtualTest
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import COVERAGE_FACTOR
@@ -427,7 +427,7 @@ def test_each_draw_is_the_same_however_the_draws_are_sliced(monkeypatch):
     _, raw = virtual("si3n4-air-200mN", sensors={"sampling_rate": HERTZ})
     draw = coefficient_draws(problems(raw)[0])
     whole = draw(np.random.default_rng(1), 50)
-    monkeypatch.setattr("tribopipe.evaluation.wear.draws._SLICE", 7)
+    monkeypatch.setattr("tribopipe.evaluation.wear.uncertainty._SLICE", 7)
     np.testing.assert_allclose(draw(np.random.default_rng(1), 50), whole, rtol=1e-5)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tribopipe.archive import nexus
-from tribopipe.archive.write_errors import LateErrors, written
+from tribopipe.archive.file_access import LateErrors, written
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

@@ -22,15 +22,13 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.joint import fit_joint, joint_problem
-from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.problem import wear_problem
-from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.extras.live.follow import Follower
-from tribopipe.extras.live.law_watch import departure, recursive_residuals
-from tribopipe.extras.live.posterior import Posterior, posterior
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
+from tribopipe.extras.live.alarms import StuckSensor, departure, friction_alarms, load_alarms, recursive_residuals
+from tribopipe.extras.live.estimate import Posterior, posterior
+from tribopipe.extras.live.follower import Follower
 from tribopipe.extras.live.priors import _next, archived_coefficient, archived_drift, quantity_given
 from tribopipe.extras.live.problem import Asked, Known, live_problem
-from tribopipe.extras.live.sensor_faults import StuckSensor, friction_alarms, load_alarms
 from tribopipe.extras.live.session import Session
 from tribopipe.extras.live.state import State
 from tribopipe.readers.harmonize import read_run

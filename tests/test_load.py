@@ -8,9 +8,9 @@ import pytest
 from end_value_runs import described, run_of, si
 
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.applied_load import applied_load
 from tribopipe.evaluation.derived_columns import coefficient
 from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.load_and_friction import applied_load
 from tribopipe.evaluation.wear.inputs import contact_inputs, friction_along, law_friction
 from tribopipe.physics.friction_path import ExponentialFriction
 

@@ -6,11 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.hertz import contact_modulus
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.hertz import contact_modulus, hertz_ellipse
+from tribopipe.physics.local.contact_solvers import Contact
 from tribopipe.physics.local.course import wear
 from tribopipe.physics.local.grids import DiscTrack, disc_track
-from tribopipe.physics.local.surface import Contact
 from tribopipe.physics.twin_disc import DiscPair
 
 LOAD, RADIUS, COEFFICIENT = 0.3, 4e-3, 1e-16

@@ -11,8 +11,8 @@ from test_disc_figures import assert_printable
 
 from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.store import Archive
+from tribopipe.browse.file_cache import Kept, RunFile
 from tribopipe.browse.plots import run_plots
-from tribopipe.browse.samples import Kept, RunFile
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import wear_archived_locally

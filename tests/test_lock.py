@@ -14,8 +14,7 @@ from tribopipe.archive import lock
 from tribopipe.archive.lock import LOCKS, writers_lock
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.wear_fit import WearFit
 

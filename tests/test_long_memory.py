@@ -8,8 +8,7 @@ from scipy.signal import lfilter
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import FrictionRecipe
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.physics.autocorrelation import effective_samples
-from tribopipe.physics.long_memory import parameter_covariance
+from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 
 SAMPLES = 1200
 PLACE = np.linspace(0, 1, SAMPLES)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.provenance import raw_digest
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ReaderError
 from tribopipe.evaluation.checks.registry import check_run
@@ -22,13 +22,13 @@ from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.pipeline.reproduce import reproduce
 from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.verify.archive import verify
-from tribopipe.readers import block_means as means
+from tribopipe.readers import long_runs as means
 from tribopipe.readers import long_text
-from tribopipe.readers.block_means import Means, samples_in_a_mean
 from tribopipe.readers.delimited import DelimitedReader
 from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.export_files import read_export
 from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.long_runs import Means, samples_in_a_mean
 from tribopipe.readers.long_text import OtherWords
 from tribopipe.readers.reader import Hints, ReadTable
 from tribopipe.results.run import RawRun, SourceFile

@@ -12,10 +12,10 @@ import pytest
 from archived_files import edited
 from folders import set_key, tree_bytes
 
-from tribopipe.archive.catalog.columns import COLUMNS
+from tribopipe.archive.catalog.listing import COLUMNS
 from tribopipe.archive.store import Archive
 from tribopipe.cli import output
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 
 RUN, HEAVIER = "si3n4-air-200mN", "si3n4-air-400mN"
 
@@ -200,7 +200,7 @@ def test_a_run_fitted_with_another_law_alone_has_a_coefficient(run_cli, sample_r
 
 
 def test_factors_of_units_are_those_of_the_units():
-    from tribopipe.archive.catalog.columns import PER_SI
+    from tribopipe.archive.catalog.listing import PER_SI
     from tribopipe.base.units import KINDS, interval_from_si
 
     for column in COLUMNS.values():

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tribopipe.archive.definitions.registry import definitions
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.base.errors import ManifestError
 from tribopipe.documents.contact_kinds import SHIPPED
 from tribopipe.documents.manifest import RunManifest, read_manifest

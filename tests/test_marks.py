@@ -20,7 +20,7 @@ from test_archive import nxcheck, run_with
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.output import _NO_LAYOUT, progress, say
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.stages import fit_archived_wear, ingest, predict_from_lightest, process
 

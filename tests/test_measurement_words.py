@@ -3,7 +3,7 @@
 import pytest
 
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.results.measurement_words import measured_quantities, measured_quantity
+from tribopipe.results.specific_wear import measured_quantities, measured_quantity
 
 
 @pytest.mark.parametrize(

@@ -18,18 +18,15 @@ from hypothesis import strategies as st
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.documents.manifest import RunManifest, read_manifest
 from tribopipe.documents.template import read_template
-from tribopipe.readers.draft.blanks import BLANKS
+from tribopipe.readers.draft.blanks import BLANKS, ask_for_missing
 from tribopipe.readers.draft.folder import Wanted, fit_for_id, make_run
-from tribopipe.readers.draft.gathering import gather
-from tribopipe.readers.draft.grouping import Group
-from tribopipe.readers.draft.known_values import Given, Known, problem_of
-from tribopipe.readers.draft.questions import ask_for_missing
-from tribopipe.readers.draft.toml import comment, toml, value_of
-from tribopipe.readers.draft.writing import Draft, manifest_text
+from tribopipe.readers.draft.known_values import Given, Known, comment, problem_of, toml, value_of
+from tribopipe.readers.draft.run_files import Group
+from tribopipe.readers.draft.run_toml import Draft, manifest_text
+from tribopipe.readers.draft.value_sources import gather
 from tribopipe.readers.export_files import Export
 from tribopipe.readers.harmonize import read_run
-from tribopipe.readers.reader import Match, ReadColumn, ReadTable
-from tribopipe.readers.registry import reader_named
+from tribopipe.readers.reader import Match, ReadColumn, ReadTable, reader_named
 from tribopipe.results.run import SourceFile
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"

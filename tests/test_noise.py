@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tribopipe.extras.simulate.drawing import correlated as _correlated
+from tribopipe.extras.simulate.instrument import correlated as _correlated
 from tribopipe.physics.autocorrelation import effective_samples, inflation, left_of
 
 

@@ -16,12 +16,12 @@ from own_exports import CASES, written
 
 from tribopipe.base.errors import UnitError
 from tribopipe.base.units import is_unit_of, parse, with_point
-from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.column_meanings import meanings_of
 from tribopipe.readers.draft.folder import Wanted, make_run
-from tribopipe.readers.draft.hints import doubt_names
 from tribopipe.readers.draft.known_values import Known
+from tribopipe.readers.draft.value_sources import doubt_names
 from tribopipe.readers.export_files import read_export
-from tribopipe.readers.formats.srv import with_srv_meanings
+from tribopipe.readers.formats.workbook import with_srv_meanings
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.header_facts import header_facts
 from tribopipe.readers.reader import ReadColumn, ReadTable

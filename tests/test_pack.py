@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.archive import nexus
-from tribopipe.archive.pack import CHUNK_BYTES, FILTERS, fletcher32
-from tribopipe.archive.unpack import unpacked
-from tribopipe.archive.write_errors import written
+from tribopipe.archive.file_access import written
+from tribopipe.archive.hdf5_compression import CHUNK_BYTES, FILTERS, fletcher32, unpacked
 
 KINDS = ("<f8", "<f4", "<i8", ">f8", "u1")
 

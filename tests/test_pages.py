@@ -8,18 +8,21 @@ from archived_files import edited
 from folders import replace_in, set_key
 
 from tribopipe.archive import nexus
-from tribopipe.archive.outline import StepOutline
+from tribopipe.archive.archived_run import StepOutline
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
-from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import Conditions, EndValues, Interruption, RunManifest, StatedFriction
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import Change, CleanUp
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.pipeline.stages import ingest
-from tribopipe.results.agreement import (
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.finding import Finding
+from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.study import (
     BetweenRuns,
     BodyVerdict,
     ChangePoint,
@@ -34,10 +37,6 @@ from tribopipe.results.agreement import (
     StudyResult,
     Trend,
 )
-from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.finding import Finding
-from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
-from tribopipe.results.specific_wear import SpecificWear
 from tribopipe.results.wear_fit import (
     BodyWear,
     Contribution,
@@ -54,10 +53,8 @@ from tribopipe.results.wear_prediction import (
     UsedCoefficient,
     WearPrediction,
 )
-from tribopipe.views.labeled_values import duration, interval, record_facts, shown
-from tribopipe.views.page import StagePage
-from tribopipe.views.run_page import run_page
-from tribopipe.views.step_sections import _TOLD, stage_pages, step_title
+from tribopipe.views.page import StagePage, duration, interval, record_facts, shown
+from tribopipe.views.run_page import _TOLD, run_page, stage_pages, step_title
 from tribopipe.views.study_page import study_page_of
 
 RUN = "si3n4-air-200mN"

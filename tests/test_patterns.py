@@ -10,7 +10,7 @@ import pytest
 from backtracking import ambiguity
 from own_patterns import LONGEST, Walked, own_patterns
 
-from tribopipe.archive.definitions.registry import definitions
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.base.errors import ManifestError
 from tribopipe.cli.options import friction_path
 from tribopipe.documents.contact import _CALLED
@@ -18,7 +18,6 @@ from tribopipe.documents.toml import parse_toml
 from tribopipe.evaluation.checks import channels, materials
 from tribopipe.extras.live.priors import _GIVEN
 from tribopipe.physics.conventions import LAW_PATTERN
-from tribopipe.readers.column_names import split_name
 from tribopipe.readers.formats import rtec
 from tribopipe.readers.formats.anton_paar import _SETTING
 from tribopipe.readers.formats.gwyddion import _COMMENT
@@ -26,7 +25,7 @@ from tribopipe.readers.formats.serial_frames import _FRAME
 from tribopipe.readers.formats.umt import _INSTRUMENT
 from tribopipe.readers.formats.winducom import _ROW
 from tribopipe.readers.headed_tables import bare_key
-from tribopipe.readers.placeholders import is_placeholder
+from tribopipe.readers.tables import is_placeholder, split_name
 
 LONG = 1 << 18
 """Characters; by the square, minutes or hours."""
@@ -50,7 +49,7 @@ BUILT = {
         for one in _CALLED.values()
         for pattern, call in ((one.key, "sub"), (one.body, "sub"), (one.table, "sub"))
     ],
-    "documents/plugin_names.py": [(LAW_PATTERN, "fullmatch")],
+    "documents/record.py": [(LAW_PATTERN, "fullmatch")],
     "evaluation/checks/channels.py": [(names, "fullmatch") for _, names in channels._EXTRAS.values()],
     "evaluation/checks/materials.py": [(one.names, "search") for one in materials.CLASSES],
     "readers/formats/rtec.py": [(f"(?i){pattern}", "fullmatch") for pattern, _ in rtec._MEANINGS],

@@ -17,8 +17,7 @@ from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.formats.phoenix import PhoenixReader
 from tribopipe.readers.harmonize import read_run
-from tribopipe.readers.reader import Hints, Reader, ReadTable
-from tribopipe.readers.registry import detect
+from tribopipe.readers.reader import Hints, Reader, ReadTable, detect
 from tribopipe.results.run import SourceFile
 
 TRUTH = Polymer(rows=300)

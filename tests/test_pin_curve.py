@@ -10,9 +10,8 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
 from tribopipe.physics.local.course import wear
-from tribopipe.physics.local.excess import excess
 from tribopipe.physics.local.rings import Rings, ring_edges
-from tribopipe.physics.local.sphere import LocalSphere
+from tribopipe.physics.local.sphere import LocalSphere, excess
 from tribopipe.physics.pin_on_disc import FlatPin, SphericalPin
 
 RADIUS = 0.794e-3

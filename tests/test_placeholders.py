@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 from reader_examples import EXAMPLES, FORCES, SHEET
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.column_aliases import meanings_of
+from tribopipe.readers.column_meanings import meanings_of
 from tribopipe.readers.fields import is_mostly_numbers, parse_fields, remarks
-from tribopipe.readers.placeholders import is_placeholder
-from tribopipe.readers.reader import Hints, ReadTable
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import Hints, ReadTable, readers
+from tribopipe.readers.tables import is_placeholder
 from tribopipe.results.run import SourceFile
 
 PLACEHOLDERS = [

@@ -16,8 +16,8 @@ import pytest
 from disc_runs import known_pair
 from example_rig import DISTANCE, EXCESS, JOINT, K_D, LENGTH, PLUGIN, predicted, record, series_of, virtual, worn
 
-from tribopipe.archive.definitions.registry import definitions
-from tribopipe.archive.definitions.run import run_definition
+from tribopipe.archive.definitions.entries import run_definition
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.base.errors import FitError, ManifestError
 from tribopipe.base.plugins import Plugins, declared, own_first
 from tribopipe.cli.live import live
@@ -30,7 +30,7 @@ from tribopipe.evaluation.checks import registry as checks
 from tribopipe.evaluation.wear.scenario import Scenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.physics import laws
-from tribopipe.readers import registry as readers
+from tribopipe.readers import reader as readers
 from tribopipe.readers.conformance import Example, check_reader
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
@@ -142,7 +142,7 @@ def test_a_check_that_fails_itself_says_so(tmp_path):
 )
 @pytest.mark.usefixtures("installed")
 def test_given_parameters_are_checked(given, words):
-    from tribopipe.evaluation.wear.given_parameters import law_as_given
+    from tribopipe.evaluation.wear.inputs import law_as_given
 
     recipe = read_document({"wear": {"parameters": {"running_in": given}}}, Recipe, where="recipe.toml")
     with pytest.raises(FitError, match=words):

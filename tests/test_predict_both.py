@@ -15,9 +15,8 @@ from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.wear.curves import wear_scenario
-from tribopipe.evaluation.wear.known import given_wear
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
+from tribopipe.evaluation.wear.scenario import given_wear
 
 MM, K_1 = 1e-3, 1.35e-14
 SI3N4 = {

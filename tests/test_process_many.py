@@ -11,7 +11,7 @@ from folders import set_key
 from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.executor import Crew
-from tribopipe.cli.batch_options import Part, crew, seen_by
+from tribopipe.cli.options import Part, crew, seen_by
 
 LIGHT, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN"
 
@@ -72,7 +72,7 @@ def test_parts_are_disjoint_and_complete():
 
 
 def test_crews_are_what_the_options_say(monkeypatch):
-    monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 5)
+    monkeypatch.setattr("tribopipe.cli.options._cores", lambda: 5)
     asked = {(None, None): 1, (3, None): 3, (0, None): 5, (None, "local"): 5, (2, "local"): 2}
     assert {given: crew(*given).jobs for given in asked} == asked
     assert [crew(jobs, None, usual=0).jobs for jobs in (None, 0, 2)] == [5, 5, 2]
@@ -106,7 +106,7 @@ def test_an_archive_that_a_worker_does_not_see_is_not_begun_there(tmp_path, samp
 def test_process_takes_all_cores_unless_told_otherwise_or_alone(
     run_cli, short_runs, quick, tmp_path, monkeypatch, runs, words, jobs
 ):
-    monkeypatch.setattr("tribopipe.cli.batch_options._cores", lambda: 5)
+    monkeypatch.setattr("tribopipe.cli.options._cores", lambda: 5)
     taken = []
 
     def stopped(*_, crew: Crew, **__):

@@ -9,11 +9,11 @@ from conftest import MANIFEST
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.provenance import raw_digest
 from tribopipe.archive.runfile import read_raw, write_raw
 from tribopipe.base.errors import FitError, ReaderError
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.evaluation.profile.track import worn_area
+from tribopipe.evaluation.measurements.track_profile import worn_area
 from tribopipe.readers.profiles import read_profiles
 from tribopipe.results.run import Profile, RawRun, SourceFile
 

@@ -8,7 +8,7 @@ from test_profile import flattened
 from test_profile_files import bare
 from test_profile_pile_up import AREA, BALL, SCAR, X, piled_up, ridged, scan
 
-from tribopipe.evaluation.profile.track import examined
+from tribopipe.evaluation.measurements.track_profile import examined
 from tribopipe.results.run import Profile
 from tribopipe.views.profile_figures import draw_profile, drawn_of
 

@@ -6,8 +6,8 @@ from test_profile import HALF, X, grooved, manifest_with, rows
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import ProfileSource, RunManifest
-from tribopipe.evaluation.measurements.measured import profiles_at
-from tribopipe.evaluation.profile.track import reference_radius, worn_area
+from tribopipe.evaluation.measurements.readings import profiles_at
+from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.readers.profiles import Units, profiles_in, read_profiles
 from tribopipe.results.run import RawRun, SourceFile
 

@@ -7,8 +7,8 @@ import pytest
 from test_profile import correlated, flattened
 
 from tribopipe.base.errors import FitError
-from tribopipe.evaluation.measurements.measured import over_places
-from tribopipe.evaluation.profile.track import Level, Track, examined, worn_area
+from tribopipe.evaluation.measurements.readings import over_places
+from tribopipe.evaluation.measurements.track_profile import Level, Track, examined, worn_area
 from tribopipe.physics.geometry import cap_height, worn_volume
 from tribopipe.results.run import Profile
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.archive.catalog.columns import ALIASES, COLUMNS, column_named, columns_named, step_called, step_words
+from tribopipe.archive.catalog.listing import ALIASES, COLUMNS, column_named, columns_named, step_called, step_words
 from tribopipe.archive.catalog.query import Span, holds, matches, parse_where, quoted, where_clause
 from tribopipe.archive.steps import STEPS
 from tribopipe.base.errors import QueryError

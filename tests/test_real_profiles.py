@@ -7,10 +7,9 @@ import pytest
 
 from tribopipe.base.errors import FitError, ReaderError
 from tribopipe.documents.manifest import ProfileSource
-from tribopipe.evaluation.profile.track import Level, examined
+from tribopipe.evaluation.measurements.track_profile import Level, examined
 from tribopipe.readers.profiles import Units, profiles_in
-from tribopipe.readers.reader import Hints
-from tribopipe.readers.registry import candidates, detect, readers
+from tribopipe.readers.reader import Hints, candidates, detect, readers
 from tribopipe.results.run import SourceFile
 
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.reader import Hints, ReadTable
-from tribopipe.readers.registry import detect
+from tribopipe.readers.reader import Hints, ReadTable, detect
 from tribopipe.results.run import SourceFile
 
 REAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "realdata"

@@ -11,10 +11,9 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
-from tribopipe.evaluation.wear.curves import wear_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import given_wear
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
+from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.results.run import RawRun
 
 STEEL = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}

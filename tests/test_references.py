@@ -10,8 +10,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
-from tribopipe.evaluation.study.bodies import bodies, severity
-from tribopipe.pipeline.references import References
+from tribopipe.documents.study import bodies, severity
+from tribopipe.pipeline.archived_results import References
 from tribopipe.pipeline.stages import process
 
 

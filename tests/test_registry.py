@@ -10,7 +10,7 @@ import pytest
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.plugins import own_first
-from tribopipe.readers import registry
+from tribopipe.readers import reader as registry
 from tribopipe.readers.delimited import DelimitedReader
 from tribopipe.readers.formats.winducom import WinducomReader
 from tribopipe.readers.reader import Hints, Match, Reader, ReadTable
@@ -178,6 +178,6 @@ def test_plugin_that_crashes_while_judging_is_passed_over(installed):
 
 
 def test_importing_the_registry_loads_neither_readers_nor_pandas():
-    code = "import sys, tribopipe.readers.registry, tribopipe.readers.delimited; print('pandas' in sys.modules)"
+    code = "import sys, tribopipe.readers.reader, tribopipe.readers.delimited; print('pandas' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -23,11 +23,8 @@ from tribopipe.pipeline.stages import evaluate_archived_wear, fit_archived_wear,
 from tribopipe.pipeline.studies import run_study
 from tribopipe.views.astm_g99 import reporting_items
 from tribopipe.views.canvas import ShownFigure
-from tribopipe.views.html.document import run_report, study_report
-from tribopipe.views.html.mathml import mathml
-from tribopipe.views.html.merging import Stated, merged
-from tribopipe.views.html.options import options_used
-from tribopipe.views.html.svg import inline_svg
+from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
+from tribopipe.views.html.rendering import inline_svg, mathml
 from tribopipe.views.run_page import run_page
 from tribopipe.views.study_page import study_page
 

@@ -13,7 +13,7 @@ from tribopipe.base.errors import ManifestError, TribopipeError
 from tribopipe.documents.block_on_ring import BlockOnRing
 from tribopipe.documents.four_ball import FourBall
 from tribopipe.documents.report_details import Customer, Laboratory, ReportDetails, Samples, Signatory, read_details
-from tribopipe.views import pdf
+from tribopipe.views.html import rendering
 from tribopipe.views.html.document import run_report
 from tribopipe.views.html.particulars import STANDARDS, Addressed
 
@@ -45,7 +45,7 @@ description = "three balls"
 received = 2006-02-20
 """
 LOGO = '<svg xmlns="http://www.w3.org/2000/svg"/>'
-BROWSER = next(pdf._browsers(), None)
+BROWSER = next(rendering._browsers(), None)
 
 
 @pytest.fixture
@@ -228,7 +228,7 @@ def test_the_command_writes_what_is_asked_for(tested, files, run_cli, tmp_path):
 
 
 def test_without_a_browser_the_way_out_is_said(tested, run_cli, tmp_path, monkeypatch):
-    monkeypatch.setattr(pdf, "_browsers", lambda: iter(()))
+    monkeypatch.setattr(rendering, "_browsers", lambda: iter(()))
     result = run_cli("report", RUN, "--archive", tested.folder, "-o", tmp_path / "out.pdf")
     assert result.exit_code == 1
     assert "expected one of them to make the PDF" in result.stderr
@@ -237,9 +237,9 @@ def test_without_a_browser_the_way_out_is_said(tested, run_cli, tmp_path, monkey
 
 @pytest.mark.skipif(shutil.which("false") is None, reason="no program that fails")
 def test_a_browser_that_prints_nothing_is_named(monkeypatch):
-    monkeypatch.setattr(pdf, "_browsers", lambda: iter([shutil.which("false")]))
+    monkeypatch.setattr(rendering, "_browsers", lambda: iter([shutil.which("false")]))
     with pytest.raises(TribopipeError, match="printed nothing"):
-        pdf.printed("<p>")
+        rendering.printed("<p>")
 
 
 @pytest.mark.slow

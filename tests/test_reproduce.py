@@ -17,16 +17,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from study_runs import AGAIN, HEAVY, LIGHT
 
+from tribopipe.archive.provenance import environment
 from tribopipe.archive.steps import inputs_digest
 from tribopipe.archive.store import Archive
-from tribopipe.base.environment import environment
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
+from tribopipe.pipeline.comparison import compare
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
-from tribopipe.pipeline.reproduce.comparing import compare
 from tribopipe.pipeline.stages import clean_archived, fit_archived_wear, ingest, predict_archived, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
 from tribopipe.version import VERSION

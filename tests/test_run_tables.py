@@ -12,7 +12,7 @@ import python_calamine
 from folders import SAMPLES
 
 from tribopipe.archive.catalog.catalog import Catalogue
-from tribopipe.archive.catalog.columns import COLUMNS, columns_named
+from tribopipe.archive.catalog.listing import COLUMNS, columns_named
 from tribopipe.archive.store import Archive
 from tribopipe.pipeline.stages import process
 from tribopipe.views.run_tables import FORMS, _rounded, _siunitx, runs_csv, runs_latex, runs_markdown, runs_workbook

@@ -13,7 +13,7 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.study.shape import Shape, compare_laws
+from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws
 from tribopipe.physics.geometry import cap_radius
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.pin_on_disc import SphericalPin

@@ -13,8 +13,7 @@ from tribopipe.archive.part import find_part
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.pages import show_facts, show_run_page, show_study_page
-from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.finding import Finding
 from tribopipe.views.page import Fact, LawPage, StudyPage, TextTable, VerdictLine

@@ -22,7 +22,7 @@ from tribopipe.cli.entry_point import _told
 from tribopipe.cli.options import archived_ids
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record
-from tribopipe.readers.draft.toml import toml
+from tribopipe.readers.draft.known_values import toml
 
 RUN = "si3n4-air-200mN"
 NASTY = "red \x1b[31m\x1b]0;owned\x07\x9b2J\r\u202e\x7fend"

@@ -20,8 +20,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError, FitError, TribopipeError
 from tribopipe.base.executor import Crew
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.manifest import RunManifest, manifest_path, read_manifest
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.recipe import DriftRecipe, Recipe, WearRecipe
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
@@ -37,8 +37,7 @@ from tribopipe.pipeline.studies import (
     run_study,
     study_toml,
 )
-from tribopipe.results.agreement import LeftOut, StudyResult
-from tribopipe.results.study_curves import MeasuredCurve
+from tribopipe.results.study import LeftOut, MeasuredCurve, StudyResult
 from tribopipe.results.wear_prediction import WearPrediction
 
 # What is kept and what is refused does not depend on how often one draws.

@@ -19,9 +19,8 @@ from tribopipe.documents.study import Study
 from tribopipe.extras.simulate import simulate_plan
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study, study_toml
-from tribopipe.results.agreement import StudyResult
 from tribopipe.results.input_quantities import input_label
-from tribopipe.results.test_design import Design
+from tribopipe.results.study import Design, StudyResult
 from tribopipe.results.wear_prediction import WearPrediction
 
 # What is said and what is refused does not depend on how often one draws.

@@ -9,15 +9,15 @@ import pytest
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
-from tribopipe.evaluation.study.effective import effective_coefficient
+from tribopipe.evaluation.study.effective_coefficient import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.studies import run_study
-from tribopipe.results.agreement import AGREEMENT
 from tribopipe.results.evaluation import COVERAGE_FACTOR
+from tribopipe.results.study import AGREEMENT
 from tribopipe.views.archived_study_figures import save_study_figures
 from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 

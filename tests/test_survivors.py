@@ -7,14 +7,14 @@ import pytest
 from test_agreement import LIGHT, TWO_STEP, member
 from test_shape import changed
 
-from tribopipe.archive.definitions.summaries import shown_fields
+from tribopipe.archive.definitions.parts import shown_fields
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
 from tribopipe.evaluation.checks.materials import CLASSES
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.recorded_runs import life_of_pin
-from tribopipe.evaluation.wear.rate_change import rate_change
+from tribopipe.evaluation.wear.findings import rate_change
 from tribopipe.physics.geometry import worn_volume
 from tribopipe.readers.long_text import _both_ends
 

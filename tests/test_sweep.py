@@ -17,16 +17,14 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import load_toml, read_document
 from tribopipe.documents.sweep import Sweep
-from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.prediction import predict_wear
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest, simulate_run, simulate_twin_disc_run
-from tribopipe.extras.simulate.in_memory import disc_run, pin_run
+from tribopipe.extras.sweep.cases import Case, Ensemble, Head, Row, combinations, read_rows, write_rows
 from tribopipe.extras.sweep.choices import Choice
-from tribopipe.extras.sweep.grid import combinations
-from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row, read_rows, write_rows
 from tribopipe.extras.sweep.subject import Parameter, Subject, Value, parameters
 from tribopipe.extras.sweep.summary import Share, summarised
+from tribopipe.extras.sweep.virtual_tests import disc_run, pin_run
 from tribopipe.pipeline.stages import fit_archived_wear
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.wear_fit import WearFit

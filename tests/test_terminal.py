@@ -19,7 +19,7 @@ from terminal_session import MARK
 from tribopipe.base.number_columns import in_power, number_column, power_for, rounded_value
 from tribopipe.cli.output import _width, seen
 from tribopipe.evaluation.checks.registry import CHECKS, load_checks
-from tribopipe.results.finding_titles import TITLES, title
+from tribopipe.results.finding import TITLES, title
 
 LIGHT, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN"
 CODES = re.compile("\x1b\\[[0-9;?]*[A-Za-z]")

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_contact
 from tribopipe.documents.manifest import EndValues, RunManifest
-from tribopipe.documents.pin_on_disc import PinOnDisc
+from tribopipe.documents.pin_on_flat import PinOnDisc
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
@@ -21,9 +21,8 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.predict import predict_wear
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.prediction import predict_wear
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.extras.simulate import simulate_plan
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, elastic_approach, hertz_radius

@@ -18,8 +18,7 @@ from scipy.special import ellipe, ellipk
 from tribopipe.base.errors import ContactError
 from tribopipe.physics import disc_course
 from tribopipe.physics.hertz import contact_modulus
-from tribopipe.physics.twin_disc import DiscPair, DiscWear
-from tribopipe.physics.twin_disc_steps import published_wear
+from tribopipe.physics.twin_disc import DiscPair, DiscWear, published_wear
 
 CONVENTIONS = ("contact-width", "full-slip", "volume-conserving")
 ZRO2 = float(contact_modulus(pin_modulus=152e9, pin_ratio=0.32, disc_modulus=152e9, disc_ratio=0.32))

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.quantity import wear_coefficient
-from tribopipe.extras.abaqus.case import WearCase
+from tribopipe.extras.abaqus.case import KnownWear, WearCase, fitted_wear
 from tribopipe.extras.abaqus.fortran import CARD, comment, literal
-from tribopipe.extras.abaqus.known_wear import KnownWear, fitted_wear
 from tribopipe.extras.abaqus.texts import texts
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
 from tribopipe.physics.local.rings import Rings

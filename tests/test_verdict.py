@@ -21,8 +21,8 @@ from tribopipe.evaluation.study.recorded_runs import compare, life_of_pin
 from tribopipe.evaluation.study.verdict import Comparison, decide
 from tribopipe.physics.geometry import cap_radius
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.agreement import LeftOut, RunVerdict
 from tribopipe.results.run import RawRun
+from tribopipe.results.study import LeftOut, RunVerdict
 
 pytestmark = pytest.mark.slow
 

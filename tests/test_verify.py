@@ -19,25 +19,22 @@ from test_archive import nxcheck
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.database import FILE_NAME, sum_of
-from tribopipe.archive.digest import digest
-from tribopipe.archive.history.account import Account
+from tribopipe.archive.history import Account
 from tribopipe.archive.lock import writers_lock
+from tribopipe.archive.provenance import digest
 from tribopipe.archive.removal import remove as take_out
 from tribopipe.archive.store import Archive
 from tribopipe.base.files import sha256_of
-from tribopipe.documents.annotation import Annotation
-from tribopipe.documents.mark import Mark
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import process, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
 from tribopipe.pipeline.verify import archive as verifying
-from tribopipe.pipeline.verify.archive import Verified, verify
-from tribopipe.pipeline.verify.files import look_at
+from tribopipe.pipeline.verify.archive import Verified, look_at, verify
 from tribopipe.pipeline.verify.look import Look
-from tribopipe.pipeline.verify.nexus import check_nexus
-from tribopipe.pipeline.verify.tree import read_tree
+from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 
 PIN, HEAVY, DISC = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k"
 STUDY = Study(id="si3n4-air", fit=(PIN,), predict=(HEAVY,), laws=("archard",))

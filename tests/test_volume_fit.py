@@ -11,8 +11,8 @@ from folders import SAMPLES
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.prediction import fitted_curves
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.pin_on_track import SphereOnTrack
 from tribopipe.readers.harmonize import read_run

@@ -15,11 +15,10 @@ from watch_bench import SETTLE, TEMPLATE, Bench, export
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
-from tribopipe.extras.watch import drafting, processing
+from tribopipe.extras.watch import processing
 from tribopipe.extras.watch.drops import Drop, drops, is_held, moves
-from tribopipe.extras.watch.event import counted
-from tribopipe.extras.watch.journal import Entry, Journal, alone
-from tribopipe.extras.watch.settling import Settling
+from tribopipe.extras.watch.journal import Entry, Journal, alone, counted
+from tribopipe.extras.watch.watcher import Settling
 from tribopipe.pipeline.stages import Outcome
 
 
@@ -234,14 +233,14 @@ def test_a_run_that_lacks_something_is_processed_once_that_is_filled_in(bench):
 
 
 def test_what_goes_on_while_it_is_read_settles_again(bench, monkeypatch):
-    path, plain = bench.put("a.csv", export(1, rows=12)), drafting.make_run
+    path, plain = bench.put("a.csv", export(1, rows=12)), processing.make_run
 
     def late(wanted):
         path.write_bytes(export(1, rows=20))
-        monkeypatch.setattr(drafting, "make_run", plain)
+        monkeypatch.setattr(processing, "make_run", plain)
         return plain(wanted)
 
-    monkeypatch.setattr(drafting, "make_run", late)
+    monkeypatch.setattr(processing, "make_run", late)
     assert bench.settled() == []
     assert bench.made == {}
     assert [run for *_, run in bench.settled()] == ["a", "a"]
@@ -251,7 +250,9 @@ def test_what_goes_on_while_it_is_read_settles_again(bench, monkeypatch):
 def test_what_cannot_be_opened_is_tried_again_at_the_next_start(bench, monkeypatch):
     bench.put("a.csv", export(1))
     with monkeypatch.context() as patch:
-        patch.setattr(drafting, "content_of", lambda _: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
+        patch.setattr(
+            processing, "content_of", lambda _: (_ for _ in ()).throw(PermissionError(13, "Permission denied"))
+        )
         assert bench.settled() == [("left", "a.csv", None)]
         assert bench.settled() == []
     bench.start()
@@ -368,7 +369,7 @@ def test_a_run_that_was_begun_is_made_under_its_id_even_if_the_file_was_renamed(
     bench.put("a.csv", export(1))
     for crashed in ("make_run", "_made"):
         with monkeypatch.context() as patch:
-            patch.setattr(drafting, crashed, lambda *_: crash(_))
+            patch.setattr(processing, crashed, lambda *_: crash(_))
             bench.start()
             bench.look()
             with pytest.raises(KeyboardInterrupt):

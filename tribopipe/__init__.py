@@ -26,12 +26,10 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.preprocessing.cleaning import clean_run
     from tribopipe.evaluation.study.evaluate import evaluate
     from tribopipe.evaluation.study.member import Member
-    from tribopipe.evaluation.wear.curves import fitted_curves, wear_scenario
     from tribopipe.evaluation.wear.fit import fit_wear
-    from tribopipe.evaluation.wear.known import KnownWear
     from tribopipe.evaluation.wear.local import LocalOptions, wear_locally
-    from tribopipe.evaluation.wear.predict import predict_wear
-    from tribopipe.evaluation.wear.scenario import Scenario
+    from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, wear_scenario
+    from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
     from tribopipe.pipeline.stages import process
     from tribopipe.readers.harmonize import read_run
     from tribopipe.views.clean_up_figures import plot_clean_up
@@ -90,12 +88,10 @@ _HOMES = {
     "views.local_wear_figures": ("plot_local_wear",),
     "evaluation.study.evaluate": ("evaluate",),
     "evaluation.study.member": ("Member",),
-    "evaluation.wear.curves": ("fitted_curves", "wear_scenario"),
     "evaluation.wear.fit": ("fit_wear",),
     "evaluation.wear.local": ("LocalOptions", "wear_locally"),
-    "evaluation.wear.known": ("KnownWear",),
-    "evaluation.wear.predict": ("predict_wear",),
-    "evaluation.wear.scenario": ("Scenario",),
+    "evaluation.wear.prediction": ("fitted_curves", "predict_wear", "wear_scenario"),
+    "evaluation.wear.scenario": ("KnownWear", "Scenario"),
 }
 
 

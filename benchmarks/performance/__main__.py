@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from importlib.metadata import version
 from pathlib import Path
 
-from tribopipe.base.executor.environment import ONE_THREAD
+from tribopipe.base.process_lifecycle import ONE_THREAD
 
 sys.path.append(str(Path(__file__).parents[1]))
 os.environ.update(ONE_THREAD | os.environ)  # before numpy is loaded: as the command has it, for ours and for peers

@@ -7,7 +7,7 @@ import numpy as np
 from case import Pair, Row, Setting
 from twin_disc import CURVED, FLAT, MANY_ROTATIONS, PUBLISHED, discs
 
-from tribopipe.physics.twin_disc_steps import published_wear
+from tribopipe.physics.twin_disc import published_wear
 
 _PLACES = 101
 

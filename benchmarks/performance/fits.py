@@ -21,11 +21,11 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.budget import budget
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.uncertainty import budget
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.simulate.in_memory import pin_run
+from tribopipe.extras.sweep.virtual_tests import pin_run
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun

@@ -13,9 +13,9 @@ from case import Growth, Pair, Row, Setting
 from fits import SAMPLES_A_RUN, TYPICAL, TestRun
 from scipy.optimize import curve_fit
 
-from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.problem import WearProblem
+from tribopipe.evaluation.wear.uncertainty import coefficient_draws
 from tribopipe.physics.uncertainty import BLOCK
 
 DRAWS, _MOST = 10_000, 1_000_000

@@ -34,9 +34,8 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.stages import process
 from tribopipe.pipeline.studies import run_study
-from tribopipe.pipeline.verify.files import look_at
+from tribopipe.pipeline.verify.archive import look_at, recompute
 from tribopipe.pipeline.verify.look import Look
-from tribopipe.pipeline.verify.recompute import recompute
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k")

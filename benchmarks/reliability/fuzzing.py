@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 from told import Row, asked, tell
 
-from tribopipe.archive.history.entry import FILE_NAME as HISTORY
+from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import InternalError, TribopipeError

@@ -20,9 +20,7 @@ from short_runs import short_runs
 from told import Row, asked, tell
 
 from tribopipe.archive import store
-from tribopipe.archive.history.account import Account
-from tribopipe.archive.history.chain import append
-from tribopipe.archive.history.entry import FILE_NAME, Entry, chained, entry
+from tribopipe.archive.history import FILE_NAME, Account, Entry, append, chained, entry
 from tribopipe.archive.store import Archive
 from tribopipe.base.files import replacing
 from tribopipe.pipeline import stages as pipeline

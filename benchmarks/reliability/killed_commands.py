@@ -35,7 +35,7 @@ from tribopipe.base.files import found_below
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml
 from tribopipe.pipeline import stages as pipeline
-from tribopipe.readers.draft.toml import toml
+from tribopipe.readers.draft.known_values import toml
 from tribopipe.views.archived_figures import save_run_figures
 
 RUNS = 2

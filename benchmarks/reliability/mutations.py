@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from tribopipe.readers.draft.toml import toml, toml_key
+from tribopipe.readers.draft.known_values import toml, toml_key
 
 Document = dict[str, Any]
 Draw = random.Random

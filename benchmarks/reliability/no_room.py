@@ -6,7 +6,7 @@ from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
-from tribopipe.archive.write_errors import LateErrors
+from tribopipe.archive.file_access import LateErrors
 
 
 class Layer:

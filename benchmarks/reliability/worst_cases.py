@@ -30,8 +30,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import TribopipeError
 from tribopipe.documents.toml import parse_toml
 from tribopipe.extras.fair.restore import restore
-from tribopipe.readers.reader import Hints
-from tribopipe.readers.registry import readers
+from tribopipe.readers.reader import Hints, readers
 from tribopipe.results.run import SourceFile
 
 ALPHABETS = {

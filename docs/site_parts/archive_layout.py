@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator
 
 from site_parts.markdown import code, plain, table, titled
+from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart, LinkPart, Part
-from tribopipe.archive.definitions.registry import definitions
 
 _KINDS = {
     "NX_CHAR": "text",

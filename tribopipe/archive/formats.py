@@ -1,12 +1,17 @@
-"""The formats of archived files: the present ones, and what is stated about files of another."""
+"""The formats of archived files and the NeXus application definitions that they follow.
+
+These are the present ones, and what is stated about files of another format.
+"""
 
 import re
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import h5py
 
 from tribopipe.archive import nexus
 from tribopipe.base.errors import ArchiveError
+from tribopipe.documents.contact_kinds import SHIPPED
 
 FORMAT_TEXT = "entry/archived/format"
 """Where a file states about which format it is."""
@@ -61,3 +66,22 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
     raise ArchiveError(
         f"{path}: found the format '{found}'; expected '{expected}'; use the tribopipe version that wrote it"
     )
+
+
+FRICTION = "NXtribometry_friction"
+"""Of a run whose bodies are not described: friction alone is evaluated."""
+
+
+def run_name(tribometer: str | None) -> str:
+    """Return the definition that the file of a run on a kind of tribometer follows."""
+    return FRICTION if tribometer is None else f"NXtribometry_{tribometer.replace('-', '_')}"
+
+
+RUNS: Mapping[str | None, str] = {kind: run_name(kind) for kind in (*SHIPPED, None)}
+"""By the tribometer of a run, of tribopipe itself kinds."""
+STUDY = "NXtribometry_study"
+
+
+def write_definition(entry: h5py.Group, name: str, version: int) -> None:
+    """Report which definition a file follows; its version is that of the format."""
+    nexus.field(entry, "definition", name, version=str(version))

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from tribopipe.archive.steps import Step, Table
 from tribopipe.base.arrays import Column
 from tribopipe.physics.local.course import LocalWear
-from tribopipe.results.local_wear import LocalWearResult
-from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
+from tribopipe.results.local_wear import GlobalWear, LocalCurves, LocalWearResult
 
 _COURSE = {
     "depth": "m",

@@ -13,8 +13,8 @@ import h5py
 import numpy as np
 
 from tribopipe.archive import nexus
-from tribopipe.archive.opening import opened
-from tribopipe.archive.unpack import unpacked, unpacked_pieces
+from tribopipe.archive.file_access import opened
+from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.signals import SIGNALS, SignalName

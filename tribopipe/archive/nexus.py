@@ -8,8 +8,7 @@ import h5py
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from tribopipe.archive.pack import FILTERS, chunk_shape, write_packed, write_together
-from tribopipe.archive.unpack import unpacked
+from tribopipe.archive.hdf5_compression import FILTERS, chunk_shape, unpacked, write_packed, write_together
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.failures import number_of
 from tribopipe.documents.quantity import Quantity

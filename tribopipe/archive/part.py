@@ -7,8 +7,8 @@ from typing import NamedTuple, TypeAlias
 
 import h5py
 
+from tribopipe.archive.hdf5_compression import check_packed
 from tribopipe.archive.hdf5_guard import storage_elsewhere
-from tribopipe.archive.unpack import check_packed
 from tribopipe.base.errors import ArchiveError
 
 Part: TypeAlias = h5py.Group | h5py.Dataset | h5py.Datatype

@@ -3,9 +3,9 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
-from tribopipe.archive.adoption import check_adopted
+from tribopipe.archive.file_access import check_adopted
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
-from tribopipe.archive.history.chain import announced
+from tribopipe.archive.history import announced
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.archive.store import SUFFIX, Archive

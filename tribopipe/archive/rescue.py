@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import stored_size, write_file
-from tribopipe.base.interrupts import undone_by
+from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.manifest import FileName
 from tribopipe.readers.subprocess_readers import answer_about
 from tribopipe.results.run import SourceFile

@@ -37,22 +37,19 @@ import numpy as np
 from pydantic import ValidationError
 
 from tribopipe.archive import nexus
-from tribopipe.archive.definitions.names import run_name, write_definition
-from tribopipe.archive.digest import raw_digest
-from tribopipe.archive.formats import RUN_FORMAT
+from tribopipe.archive.file_access import opened
+from tribopipe.archive.formats import RUN_FORMAT, run_name, write_definition
+from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
 from tribopipe.archive.long_recordings import read_recording, write_recorded
-from tribopipe.archive.opening import opened
+from tribopipe.archive.provenance import environment, raw_digest
 from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
-from tribopipe.archive.unpack import unpacked, unpacked_pieces
 from tribopipe.base.arrays import Column
-from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
-from tribopipe.documents.annotation import Annotation
+from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact import Specimen
 from tribopipe.documents.contact_kinds import contacts, spoken
 from tribopipe.documents.manifest import RunManifest, unknown_kind
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SENSED, SIGNALS, SignalName

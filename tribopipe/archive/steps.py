@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
 
-from tribopipe.archive.digest import Part, digest
+from tribopipe.archive.provenance import Part, digest
 from tribopipe.base.arrays import Column
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import LawName
@@ -182,7 +182,7 @@ class Step:
     """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run did not have one,
     and what was given in addition, such as "wear_coefficient". Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with, as ``tribopipe.base.environment`` gives it. Empty if not stated."""
+    """What it was computed with, as ``tribopipe.archive.provenance`` gives it. Empty if not stated."""
 
     @property
     def result_sha256(self) -> str:

@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING, Literal, NoReturn, TypeVar
 
 import h5py
 
-from tribopipe.archive.adoption import check_adopted
-from tribopipe.archive.archived_run import ArchivedRun
-from tribopipe.archive.digest import raw_digest
+from tribopipe.archive.archived_run import ArchivedRun, RunOutline, read_outline
 from tribopipe.archive.earlier_manifests import EarlierManifest, add_earlier, changed_file, read_earlier
+from tribopipe.archive.file_access import check_adopted, opened, written
 from tribopipe.archive.file_signature import FIGURES, stamp_of
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
 from tribopipe.archive.hdf5_guard import renamed
-from tribopipe.archive.history.chain import placed
+from tribopipe.archive.history import placed
 from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
-from tribopipe.archive.opening import opened
-from tribopipe.archive.outline import RunOutline, read_outline
+from tribopipe.archive.provenance import raw_digest
 from tribopipe.archive.runfile import (
     MANIFEST_TEXT,
     copy_additions,
@@ -52,13 +50,11 @@ from tribopipe.archive.studyfile import (
     read_study_outline,
     write_study,
 )
-from tribopipe.archive.write_errors import written
 from tribopipe.base.errors import ArchiveError, did_you_mean, unknown_name
 from tribopipe.base.failures import number_of
 from tribopipe.base.files import drive_of, is_old, leftovers, natural_order, sha256_of
-from tribopipe.documents.annotation import Annotation, tags_after
+from tribopipe.documents.annotation import Annotation, Mark, tags_after
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.mark import Mark
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 from tribopipe.results.interactive import views

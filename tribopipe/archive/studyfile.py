@@ -20,16 +20,14 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from tribopipe.archive import nexus
-from tribopipe.archive.definitions.names import STUDY, write_definition
-from tribopipe.archive.formats import STUDY_FORMAT
+from tribopipe.archive.formats import STUDY, STUDY_FORMAT, write_definition
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import from_si, to_si
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
-from tribopipe.results.agreement import StudyResult
-from tribopipe.results.study_curves import MeasuredCurve, StudyCurve
+from tribopipe.results.study import MeasuredCurve, StudyCurve, StudyResult
 from tribopipe.version import VERSION
 
 _RESULT: TypeAdapter[StudyResult] = TypeAdapter(StudyResult)
@@ -55,7 +53,7 @@ class StudyOutline:
     stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """What it was computed with, as ``tribopipe.base.environment`` gives it. Empty if not stated."""
+    """What it was computed with, as ``tribopipe.archive.provenance`` gives it. Empty if not stated."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from io import BytesIO
 from itertools import islice
 from pathlib import Path
 
-from tribopipe.base.interrupts import undone_by
+from tribopipe.base.process_lifecycle import undone_by
 
 _LARGE = 8 << 20
 _THREADS = 2

@@ -19,11 +19,10 @@ from h5py import h5g, h5l, h5o
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from tribopipe.archive.hdf5_guard import check_attributes
-from tribopipe.archive.hdf5_text_lengths import RawFile
+from tribopipe.archive.hdf5_compression import check_packed
+from tribopipe.archive.hdf5_guard import RawFile, check_attributes
 from tribopipe.archive.part import NoPart, Part, link_at, part_at
 from tribopipe.archive.store import SUFFIX
-from tribopipe.archive.unpack import check_packed
 from tribopipe.browse.guard import inside
 
 Content: TypeAlias = Any

@@ -9,9 +9,9 @@ from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.store import STUDIES, SUFFIX, Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.browse.answers import archive_answer, runs_answer, study_line
+from tribopipe.browse.file_cache import Kept, RunFile, StudyFile
 from tribopipe.browse.guard import inside
-from tribopipe.browse.json_answer import encoded
-from tribopipe.browse.samples import Kept, RunFile, StudyFile
+from tribopipe.browse.responses import encoded
 from tribopipe.views.page import StudyPage
 from tribopipe.views.study_page import study_page
 

@@ -11,18 +11,15 @@ from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
-from tribopipe.archive.unpack import unpacked
-from tribopipe.browse.answers import run_answer, study_answer
-from tribopipe.browse.compare import compare
-from tribopipe.browse.decimate import Window
-from tribopipe.browse.download import CSV, Files, download
-from tribopipe.browse.drawing import plot_answer
+from tribopipe.archive.hdf5_compression import unpacked
+from tribopipe.browse.answers import plot_answer, run_answer, study_answer
 from tribopipe.browse.guard import REPORT_POLICY
-from tribopipe.browse.json_answer import JsonAnswer
 from tribopipe.browse.library import Library
+from tribopipe.browse.multi_run_plots import compare, study_plots
 from tribopipe.browse.plots import PlotOffer, run_plots
-from tribopipe.browse.study_plots import study_plots
+from tribopipe.browse.responses import CSV, Files, JsonAnswer, download
 from tribopipe.views.csv_files import csv_kinds, csv_parts
+from tribopipe.views.decimation import Window
 from tribopipe.views.plot import Plot
 from tribopipe.views.run_page import run_page
 from tribopipe.views.run_tables import runs_csv

@@ -1,14 +1,16 @@
-"""The command that shows an archive in the web browser: browse."""
+"""Commands that open the web browser: browse, demo."""
 
+import shutil
 import signal
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tribopipe.cli.listing import up_to_date
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, require_archive
-from tribopipe.cli.output import say
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, crew, require_archive
+from tribopipe.cli.output import finish, progress, say
 
 Port = Annotated[int, typer.Option("--port", help="Port; default: any free port.", min=0, max=65_535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the address.")]
@@ -42,7 +44,83 @@ def require_server() -> None:
                 f"found no package {name}, which the server of the web pages needs; expected it to be installed; run "
                 '`pip install "tribopipe[web]"`'
             ) from None
-    from tribopipe.browse.bundle import NOT_BUILT, is_built
+    from tribopipe.browse.app import NOT_BUILT, is_built
 
     if not is_built():
         raise ArchiveError(NOT_BUILT)
+
+
+_PLAN, _RUNS, _ARCHIVE = "plan.toml", "runs", "archive"
+
+
+def demo(
+    folder: Annotated[Path, typer.Option("--folder", help="Output folder.")] = Path("tribopipe-demo"),
+    port: Port = 0,
+    no_browser: NoBrowser = False,
+) -> None:
+    """Simulate, process and browse sample runs.
+
+    Everything is written to one folder, which can be deleted afterwards. Results that already exist are shown at once.
+    """
+    require_server()
+    _begin_demo(folder)
+    _simulate_samples(folder)
+    _process_samples(folder / _RUNS, folder / _ARCHIVE)
+    say(
+        f"Run folders are in {folder / _RUNS}, their archive in {folder / _ARCHIVE}; delete {folder} when you are done."
+    )
+    browse(folder / _ARCHIVE, port, no_browser)
+
+
+def _begin_demo(folder: Path) -> None:
+    """Make the folder, known by the plan in it. Raises ``OutputError`` where it is one of something else."""
+    from tribopipe.base.errors import OutputError
+    from tribopipe.pipeline.output_paths import require_folder
+    from tribopipe.shipped import shipped
+
+    require_folder(folder)
+    if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
+        raise OutputError(
+            f"{folder}: found a folder that holds something else; expected a new one, or that of an earlier demo; name "
+            "another with --folder"
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(shipped(f"sample_runs/{_PLAN}"), folder / _PLAN)
+
+
+def _simulate_samples(folder: Path) -> None:
+    """Record the sample runs, all or none; those that are there stay, whatever somebody has tried on them."""
+    from tribopipe.documents.plan import Plan
+    from tribopipe.documents.record import load_toml
+    from tribopipe.extras.simulate import simulate_plan
+    from tribopipe.shipped import shipped
+
+    runs, begun = folder / _RUNS, folder / f".{_RUNS}.part"
+    if runs.exists():
+        return
+    say(f"Recording sample runs on virtual tribometers into {runs}")
+    simulate_plan(load_toml(folder / _PLAN, Plan), begun)
+    for study in shipped("sample_runs").glob("*.study.toml"):
+        shutil.copyfile(study, begun / study.name)
+    begun.rename(runs)
+
+
+def _process_samples(runs: Path, archive: Path) -> None:
+    """Process what is not processed yet. Exits where anything failed."""
+    from tribopipe.archive.store import Archive
+    from tribopipe.base.executor import at_work
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.pipeline import stages
+    from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
+
+    say("Processing them: drift, friction, wear coefficients with their uncertainty, predictions, studies")
+    store, how, folders = Archive(archive), Recipe(), stages.find_runs(runs)
+    studies = load_studies(find_studies(runs))
+    studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}
+    outcomes = []
+    with at_work(crew(0, None)) as who, progress("process", len(folders)) as advance:
+        for outcome in stages.process(folders, store, how, studied=studied, crew=who):
+            advance(outcome.run_id, by=int(outcome.stage == "ingest"))
+            outcomes.append(outcome)
+        outcomes += process_studies(store, studies, how, crew=who)
+    finish(outcomes)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
 
-from tribopipe.base.interrupts import undo_all
+from tribopipe.base.process_lifecycle import undo_all
 
 _ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
 """Signals that ask a process to end, as far as the system has them, and what is printed then."""
@@ -27,7 +27,7 @@ def main() -> None:
         from tribopipe.cli.completion import answer
 
         answer(os.environ)
-    from tribopipe.base.executor.environment import ONE_THREAD
+    from tribopipe.base.process_lifecycle import ONE_THREAD
 
     warnings.formatwarning = _told
     os.environ.update(ONE_THREAD | os.environ)  # so that results are those of workers, bit for bit

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tribopipe.cli.export_csv import export_csv
-from tribopipe.cli.export_dataset import ExportGroup, export_dataset
-from tribopipe.cli.export_runs import export_runs
+from tribopipe.cli.datasets import ExportGroup, export_dataset
+from tribopipe.cli.export_tables import export_csv, export_runs
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
@@ -25,8 +24,7 @@ from tribopipe.cli.output import print_json, print_result, record_json, say
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.documents.manifest import RunManifest
-    from tribopipe.extras.abaqus.case import WearCase
-    from tribopipe.extras.abaqus.known_wear import KnownWear
+    from tribopipe.extras.abaqus.case import KnownWear, WearCase
     from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 
 export_app = typer.Typer(cls=ExportGroup, help="Export data for other programs.", no_args_is_help=True)
@@ -108,7 +106,7 @@ def umeshmotion(
 def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
     """Return the conditions of run.toml with k_D from the command line."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
-    from tribopipe.evaluation.friction_paths import stated_path
+    from tribopipe.evaluation.load_and_friction import stated_path
 
     if coefficient is None:
         raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
@@ -121,7 +119,7 @@ def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | 
 
 def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
     """Return the subject for an archived run, with its own fit unless a k_D is given."""
-    from tribopipe.evaluation.friction_paths import fitted_path
+    from tribopipe.evaluation.load_and_friction import fitted_path
     from tribopipe.pipeline.archived_results import archived_friction
 
     run = store.cleaned(run_id)
@@ -131,7 +129,7 @@ def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None
 
 
 def _given(run_id: str, text: str) -> "KnownWear":
-    from tribopipe.extras.abaqus.known_wear import given_wear
+    from tribopipe.extras.abaqus.case import given_wear
 
     return given_wear(run_id, quantity("--wear-coefficient", text, "wear coefficient"))
 
@@ -160,7 +158,7 @@ def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
     """Return the k_D of an archived fit. Raises ``FitError`` where there is none."""
     from tribopipe.archive.steps import WEAR_FITS
     from tribopipe.base.errors import FitError
-    from tribopipe.extras.abaqus.known_wear import fitted_wear
+    from tribopipe.extras.abaqus.case import fitted_wear
     from tribopipe.physics.laws import law_title
     from tribopipe.results.wear_fit import WearFit
 

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.help_panels import HelpPanels
-from tribopipe.cli.options import AsJson
+from tribopipe.cli.options import AsJson, HelpPanels
 from tribopipe.cli.output import exit_with, located, print_json, print_result, table
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ _NEEDS = {"workbook": "excel", "ni-tdms": "tdms", "surface-topography": "surface
 @formats_app.command("list")
 def list_formats(as_json: AsJson = False) -> None:
     """List the formats that can be read."""
-    from tribopipe.readers.registry import readers
+    from tribopipe.readers.reader import readers
 
     found: list[dict[str, Any]] = [
         {
@@ -97,7 +96,7 @@ def _tried(path: Path) -> list[dict[str, Any]]:
     """Show which readers were tried on a file that none knows, and why each does not."""
     from tribopipe.base.errors import TribopipeError
     from tribopipe.readers.export_files import open_export
-    from tribopipe.readers.registry import candidates, is_sure
+    from tribopipe.readers.reader import candidates, is_sure
 
     try:
         found = candidates(open_export(path))
@@ -135,7 +134,7 @@ def _document(path: Path, export: "Export") -> dict[str, Any]:
 
 
 def _notes(export: "Export") -> list[str]:
-    from tribopipe.readers.friction_definitions import definitions_note
+    from tribopipe.readers.column_meanings import definitions_note
 
     note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
     return [*export.notes, *([note] if note else [])]

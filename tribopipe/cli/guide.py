@@ -48,9 +48,8 @@ def show_help(
 def _answer(question: str, context: typer.Context) -> None:
     """Show the pages that answer a question. Raises ``QueryError`` where none does."""
     from tribopipe.base.errors import QueryError
-    from tribopipe.cli.manual import title
+    from tribopipe.cli.manual import entries, has_words_of, pages_for, title
     from tribopipe.cli.pages import paragraph
-    from tribopipe.cli.questions import entries, has_words_of, pages_for
 
     is_question = len(question.split()) > 1 or has_words_of(question)  # one that is not may be a misspelled name
     found = pages_for(question) if is_question else []

@@ -1,27 +1,159 @@
-"""Commands that look into a run: show, schema."""
+"""Commands that look into a run or a profile: show, schema."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.help_panels import HelpPanels
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, Verbose, archived_ids, load_archive
-from tribopipe.cli.output import print_json, print_result, record_json
-from tribopipe.cli.pages import show_run_page
-from tribopipe.cli.profiles import (
-    HeightUnit,
-    Plot,
-    PositionUnit,
-    ProfileOptions,
-    Radius,
-    show_profile_file,
-    show_run_profiles,
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    HelpPanels,
+    Verbose,
+    archived_ids,
+    load_archive,
+    parsed,
 )
+from tribopipe.cli.output import located, print_json, print_result, record_json, say, table
+from tribopipe.cli.pages import show_run_page
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.base.errors import ArchiveError
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.measurements.track_profile import Level, Track
+    from tribopipe.results.run import Profile
+
+
+Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their paths.")]
+Radius = Annotated[
+    str | None,
+    typer.Option(help="Radius of the ball or crown a file's profile leads across, such as '3 mm'; none if flat."),
+]
+PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, if it states none.")]
+HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, if it states none.")]
+_FIGURES = Path("figures")
+"""Where figures of a file are saved, in the current folder."""
+_MOST_REASONS = 4
+"""Why profiles have no track is stated about so many."""
+
+
+@dataclass(frozen=True)
+class ProfileOptions:
+    """What is asked of a file with profiles."""
+
+    plot: bool
+    radius: str | None
+    position_unit: str | None
+    height_unit: str | None
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """Profiles by their keys, with what was found in each."""
+
+    profiles: "Mapping[str, Profile]"
+    found: "Mapping[str, Track | Level]"
+    figures: Mapping[str, Path]
+
+    def document(self) -> list[dict[str, Any]]:
+        """Return everything for programs."""
+        return [
+            {"key": key, "points": len(self.profiles[key].position), **_described(found)}
+            | ({"figure": str(self.figures[key])} if key in self.figures else {})
+            for key, found in self.found.items()
+        ]
+
+    def tell(self, title: str) -> None:
+        """Show everything to people."""
+        from tribopipe.evaluation.measurements.track_profile import Track
+
+        rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
+        if rows:
+            table(title, ["profile", "lost", "piled up", "net", "width", "depth", "unworn surface"], rows)
+        self._tell_levelled({key: found.why for key, found in self.found.items() if not isinstance(found, Track)})
+        if 0 < len(self.figures) < len(self.found):
+            say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
+        for path in self.figures.values():
+            print_result(str(path))
+
+    def _tell_levelled(self, why: Mapping[str, str]) -> None:
+        """Report which profiles have no track: why of each, or of the first where there are many, as of a map."""
+        if len(why) > _MOST_REASONS:
+            say(f"{len(why)} of {len(self.found)} profiles have no track and are only leveled, the first of them is:")
+        for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
+            say(f"{key}: no track, only leveled: {why[key]}")
+
+
+def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
+    """Show the profiles in a file: areas, width and depth of the track in each, and figures where asked for."""
+    from tribopipe.base.errors import ReaderError
+    from tribopipe.documents.manifest import ProfileSource
+    from tribopipe.evaluation.measurements.track_profile import examined
+    from tribopipe.readers.column_mapping import read_source
+    from tribopipe.readers.fields import remarks
+    from tribopipe.readers.profiles import Units, profiles_in
+    from tribopipe.views.profile_figures import save_profile_figures
+
+    radius = None if asked.radius is None else parsed("--radius", asked.radius, "length")
+    named = ProfileSource(file=path.name)
+    try:
+        source = read_source(path.parent, path.name, "show", "profile")
+        read, lines, notes = profiles_in(source, named, "profile", Units(asked.position_unit, asked.height_unit))
+    except ReaderError as error:
+        hint = "; or name --position-unit and --height-unit" if "found no unit" in str(error) else ""
+        raise located(path, ReaderError(f"{error}{hint}")) from None
+    keys = ["profile"] if len(lines) == 1 else [f"profile[{number}]" for number in range(len(lines))]
+    profiles = dict(zip(keys, lines, strict=True))
+    found = {key: examined(profile, radius) for key, profile in profiles.items()}
+    figures = save_profile_figures(profiles, found, _FIGURES, path.stem) if asked.plot else {}
+    shown, said = _Shown(profiles, found, figures), [*remarks(read), *notes]
+    if as_json:
+        print_json({"file": str(path), "notes": said, "profiles": shown.document()})
+        return
+    for note in said:
+        say(f"note: {note}")
+    shown.tell(f"{path}: track across each profile")
+
+
+def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
+    """Report for the profiles of an archived run, save their figures and its others, and return it all for programs."""
+    from tribopipe.archive.file_signature import FIGURES
+    from tribopipe.evaluation.measurements.track_profile import examined, reference_radius
+    from tribopipe.views.archived_figures import save_run_figures
+    from tribopipe.views.profile_figures import save_profile_figures
+
+    raw = store.raw(run_id)
+    radii = {key: reference_radius(raw.manifest, key) for key in raw.profiles}
+    found = {
+        key: examined(profile, None if (radius := radii[key]) is None else radius.value)
+        for key, profile in raw.profiles.items()
+    }
+    shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FIGURES, run_id))
+    shown.tell("\ntrack across each profile")
+    for path in save_run_figures(store, run_id):
+        print_result(str(path))
+    return shown.document()
+
+
+def _described(found: "Track | Level") -> dict[str, Any]:
+    from tribopipe.evaluation.measurements.track_profile import Track
+
+    if not isinstance(found, Track):
+        return {"track": None, "why": found.why, "unworn_surface": found.form}
+    names = ("area", "pile_up", "net_area", "width", "depth", *(["cap"] if found.form == "arc" else []))
+    measured = {name: record_json(getattr(found, name)) for name in names}
+    return {"track": {**measured, "from_to_m": list(found.bounds)}, "unworn_surface": found.form}
+
+
+def _cells(track: "Track") -> list[str]:
+    lengths: list[Quantity] = [track.width, track.depth]
+    areas = [area.shown("um^2") for area in (track.area, track.pile_up, track.net_area)]
+    return [*areas, *(length.shown("um") for length in lengths), track.form]
+
 
 schema_app = typer.Typer(
     cls=HelpPanels, help="Write the schemas of documents and of archived files.", no_args_is_help=True
@@ -83,7 +215,7 @@ def _show_part(store: "Archive", run_id: str, path: str, rows: int, *, as_json: 
 
 
 def _show_run(store: "Archive", run_id: str, *, plot: bool, in_full: bool, as_json: bool) -> None:
-    from tribopipe.cli.run_overview import show_run_overview
+    from tribopipe.cli.overview import show_run_overview
     from tribopipe.cli.summary import run_summary
     from tribopipe.views.run_page import run_page
 

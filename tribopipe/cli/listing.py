@@ -1,19 +1,130 @@
-"""The command that lists the runs of an archive: ls."""
+"""The list of the runs of an archive: the command ls and its columns, as many as fit on a terminal."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from tribopipe.base.number_columns import NOTHING, Number, number_column
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
-from tribopipe.cli.output import exit_with, line_width, print_json, print_result, progress, table
-from tribopipe.cli.run_columns import listed_cells, show_runs
+from tribopipe.cli.output import exit_with, fits, line_width, print_json, print_result, progress, table
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tribopipe.archive.catalog.catalog import Catalogue
-    from tribopipe.archive.catalog.columns import ListedColumn
-    from tribopipe.archive.catalog.listed import ListedRun
+    from tribopipe.archive.catalog.listing import ListedColumn, ListedRun
+
+
+_MILLI = 1e3
+_FIRST = ("id", "mark", "load", "k_d", "law", "friction", "material", "medium", "started", "stage", "tags")
+"""Columns that a narrow terminal shows, the most important first; others come after them."""
+
+
+class Cells(NamedTuple):
+    """One column as it is shown."""
+
+    name: str
+    heading: str
+    cells: Sequence[str]
+
+
+def show_runs(title: str, runs: "Sequence[ListedRun]") -> None:
+    """Show the usual columns of runs, of those of which something is known as many as fit on the terminal."""
+    coefficients, laws = _recommended(runs)
+    known = {law for law in laws if law}
+    columns = {cells.name: cells for cells in _usual(runs)}
+    if known:
+        columns["k_d"] = coefficients
+        columns["law"] = Cells("law", "law", [law or NOTHING for law in laws])
+    if len(known) == 1:
+        del columns["law"]
+        title = f"{title}; k_D by {known.pop()}'s law"
+    order = [name for name in (*_FIRST, *columns) if name in columns]
+    shown = chosen_columns({name: columns[name] for name in dict.fromkeys(order)}, list(columns))
+    table(title, [one.heading for one in shown], rows_of(shown))
+
+
+def rows_of(columns: "Sequence[Cells]") -> list[Sequence[str]]:
+    """Return the rows of a table by its columns."""
+    return list(zip(*(one.cells for one in columns), strict=True))
+
+
+def chosen_columns(ranked: "Mapping[str, Cells]", order: Sequence[str]) -> list[Cells]:
+    """Return as many columns as fit on the terminal, the most important first among those tried, in their order.
+
+    Parameters
+    ----------
+    ranked
+        Columns by name, the most important first; the first is shown in any case.
+    order
+        Names in the order in which columns are shown.
+    """
+    width = line_width()
+    kept: list[str] = []
+    for name in ranked:
+        among = [ranked[one] for one in order if one in (*kept, name)]
+        if not kept or width is None or fits([one.heading for one in among], rows_of(among), width):
+            kept.append(name)
+    return [ranked[name] for name in order if name in kept]
+
+
+def listed_cells(runs: "Sequence[ListedRun]", column: "ListedColumn") -> Cells:
+    """Return what runs have in a column: numbers with one unit, and one power of ten where they need one."""
+    from tribopipe.archive.catalog.listing import PER_SI
+
+    if column.kind != "number" or column.unit not in PER_SI:
+        return Cells(column.name, column.heading, [run.text(column.name) or NOTHING for run in runs])
+    unit, numbers = _in_unit(column.unit, [_number(run, column) for run in runs])
+    return _cells(column.name, column.label, unit, numbers)
+
+
+def _cells(name: str, label: str, unit: str, numbers: "Sequence[Number | None]") -> Cells:
+    shown = number_column(numbers)
+    heading = shown.unit(unit)
+    return Cells(name, f"{label}, {heading}" if heading else label, shown.cells)
+
+
+def _number(run: "ListedRun", column: "ListedColumn") -> "Number | None":
+    from tribopipe.archive.catalog.listing import PER_SI
+
+    value, u = run.value(column.name), run.uncertainty(column.name)
+    factor = PER_SI[column.unit]
+    return None if value is None else (value * factor, None if u is None else u * factor)
+
+
+def _in_unit(unit: str, numbers: "list[Number | None]") -> "tuple[str, list[Number | None]]":
+    """Return loads in N if none is below 1 N, and other columns unchanged."""
+    known = [number for number in numbers if number is not None]
+    if unit != "mN" or not known or min(value for value, _ in known) < _MILLI:
+        return unit, numbers
+    return "N", [
+        None if one is None else (one[0] / _MILLI, None if one[1] is None else one[1] / _MILLI) for one in numbers
+    ]
+
+
+def _usual(runs: "Sequence[ListedRun]") -> "Iterator[Cells]":
+    """Give the columns that are shown unless others are chosen, but for those of which nothing is known."""
+    from tribopipe.archive.catalog.listing import usual_columns
+
+    yield from (listed_cells(runs, column) for column in usual_columns(runs))
+
+
+def _recommended(runs: "Sequence[ListedRun]") -> "tuple[Cells, list[str]]":
+    """Return k_D of each run by the first law that it was fitted with, Archard's before others, and the law's name."""
+    from tribopipe.archive.catalog.listing import COLUMNS
+
+    fitted = [one for name, one in COLUMNS.items() if name.startswith("k_d") and not name.endswith("_disc")]
+    found = [next((one for one in fitted if run.value(one.name) is not None), None) for run in runs]
+    numbers = [None if one is None else _number(run, one) for run, one in zip(runs, found, strict=True)]
+    return _cells("k_d", "k_D", fitted[0].unit, numbers), [_law(one) for one in found]
+
+
+def _law(column: "ListedColumn | None") -> str:
+    if column is None:
+        return ""
+    return "Archard" if column.name == "k_d" else column.name.removeprefix("k_d_").replace("_", " ").capitalize()
+
 
 _ROWS = 20
 """As many runs are listed on a terminal."""
@@ -47,7 +158,7 @@ def ls(
 
     On a terminal columns are left out until the others fit, and rows after the twentieth.
     """
-    from tribopipe.archive.catalog.columns import columns_named
+    from tribopipe.archive.catalog.listing import columns_named
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)
@@ -73,7 +184,7 @@ def ls(
 
 def _document(run: "ListedRun") -> dict[str, Any]:
     """Return all that is known of a run as JSON types, numbers in SI."""
-    from tribopipe.archive.catalog.columns import COLUMNS, step_called
+    from tribopipe.archive.catalog.listing import COLUMNS, step_called
 
     known = {name: _json(run, column) for name, column in COLUMNS.items()}
     return known | {"normal_load": known["load"], "steps": [step_called(words) for words in run.texts("steps")]}
@@ -81,13 +192,13 @@ def _document(run: "ListedRun") -> dict[str, Any]:
 
 def _json(run: "ListedRun", column: "ListedColumn") -> Any:
     if column.kind == "number":
-        return _quantity(run, column)
+        return _number_json(run, column)
     if column.kind == "date":
         return run.date(column.name)
     return (run.text(column.name) or None) if column.joint is None else run.texts(column.name)
 
 
-def _quantity(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None:
+def _number_json(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | None:
     from tribopipe.base.units import KINDS
 
     value = run.value(column.name)
@@ -118,7 +229,7 @@ def tell_unreadable(catalogue: "Catalogue", *, some_done: bool) -> None:
 
 
 def _show_columns(*, as_json: bool) -> None:
-    from tribopipe.archive.catalog.columns import COLUMNS
+    from tribopipe.archive.catalog.listing import COLUMNS
 
     told = [
         {"name": column.name, "unit": column.unit, "kind": column.kind, "meaning": column.help}

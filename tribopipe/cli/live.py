@@ -62,7 +62,7 @@ def live(
     Nothing is archived; process the run when it has ended. Exit code 1 after an alarm.
     """
     from tribopipe.documents.manifest import manifest_path, read_manifest
-    from tribopipe.evaluation.wear.given_parameters import law_as_given
+    from tribopipe.evaluation.wear.inputs import law_as_given
     from tribopipe.extras.live.problem import Asked
     from tribopipe.extras.live.session import Session
     from tribopipe.pipeline.output_paths import made_here, require_free
@@ -170,7 +170,7 @@ def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
     from rich.live import Live
     from rich.text import Text
 
-    from tribopipe.base.interrupts import undone_by
+    from tribopipe.base.process_lifecycle import undone_by
 
     def tell(update: "LiveUpdate") -> None:
         for alarm in update.alarms:

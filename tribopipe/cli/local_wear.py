@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.recipe import Recipe
     from tribopipe.evaluation.wear.local import LocalOptions
     from tribopipe.pipeline.stages import Outcome
-    from tribopipe.results.local_wear_curves import LocalCurves
+    from tribopipe.results.local_wear import LocalCurves
 
 Engine = Literal["rings", "half-space", "fe"]
 Scheme = Literal["implicit", "explicit", "economy"]

@@ -1,7 +1,17 @@
-"""The documentation as it comes with the package: pages by name, and the text on each error and finding by code."""
+"""The documentation as it comes with the package: pages, texts on errors and findings, and answers to questions.
+
+docs/questions.toml has for each page a one-line answer, a command, questions, and other words for what it is about. A
+page is as close to a question as it has words of it; a word counts for more, the fewer pages have it.
+"""
 
 import re
+import tomllib
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
+from math import log
 from pathlib import Path
 
 from tribopipe.shipped import shipped
@@ -64,3 +74,140 @@ def links(codes: list[str]) -> list[str]:
 
 def _folder() -> Path:
     return shipped(f"docs/{_MESSAGES}.md").parent
+
+
+_FILE = "docs/questions.toml"
+_WORD = re.compile(r"±|[^\W_]+(?:_[^\W_]+)*")
+ENDINGS = ("ing", "ed", "es", "s", "e")
+SHORTEST = 3
+"""As many letters of a word are left when its ending is removed."""
+PASSED_OVER = frozenset(
+    [
+        "a",
+        "about",
+        "an",
+        "and",
+        "any",
+        "are",
+        "as",
+        "at",
+        "be",
+        "by",
+        "can",
+        "do",
+        "does",
+        "for",
+        "from",
+        "get",
+        "has",
+        "have",
+        "how",
+        "i",
+        "if",
+        "in",
+        "into",
+        "is",
+        "it",
+        "its",
+        "me",
+        "my",
+        "of",
+        "on",
+        "or",
+        "our",
+        "so",
+        "that",
+        "the",
+        "their",
+        "them",
+        "there",
+        "they",
+        "this",
+        "to",
+        "up",
+        "use",
+        "used",
+        "using",
+        "was",
+        "we",
+        "what",
+        "when",
+        "where",
+        "which",
+        "who",
+        "why",
+        "will",
+        "with",
+        "you",
+        "your",
+    ]
+)
+_SIMILAR = 0.8
+"""A word that is in no entry counts as one as similar as this, so that a slip of the finger does not matter."""
+_AGAIN = 0.3
+"""What a second mention in the same entry counts, as a part of the first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """What a page answers."""
+
+    answer: str
+    """One or two sentences."""
+    command: str | None = None
+    """What to type."""
+    questions: Sequence[str]
+    words: str
+    """Other words that people use."""
+
+
+@cache
+def entries() -> dict[str, Entry]:
+    """Return the entries by the names of their pages. Raises ``InternalError`` where they were not installed."""
+    with shipped(_FILE).open("rb") as file:
+        return {name: Entry(**entry) for name, entry in tomllib.load(file).items()}
+
+
+@cache
+def weights() -> dict[str, dict[str, float]]:
+    """Return how much each stem counts for each page that has it, by the stem and the name of the page."""
+    counts = {name: Counter(stems(" ".join((*one.questions, one.words)))) for name, one in entries().items()}
+    pages_with = Counter(stem for count in counts.values() for stem in count)
+    found: dict[str, dict[str, float]] = {}
+    for name, count in counts.items():
+        for one, times in count.items():
+            rare = log(len(counts) / pages_with[one])
+            found.setdefault(one, {})[name] = round(rare * (1 + _AGAIN * min(times - 1, 2)), 3)
+    return found
+
+
+def pages_for(question: str) -> list[str]:
+    """Return the names of the pages that answer a question, the closest first; none where no word of it is known."""
+    scores: Counter[str] = Counter()
+    for one in dict.fromkeys(map(_known, stems(question))):
+        scores.update(weights().get(one, {}))
+    return [name for name, _ in scores.most_common()]
+
+
+def has_words_of(topic: str) -> bool:
+    """Return whether each word of a topic is in some entry as it stands."""
+    asked = stems(topic)
+    return bool(asked) and all(one in weights() for one in asked)
+
+
+def stems(text: str) -> list[str]:
+    """Return the words of a text that count, without their endings."""
+    return [stem(word) for word in _WORD.findall(text.lower()) if word not in PASSED_OVER]
+
+
+def stem(word: str) -> str:
+    """Return a word in small letters without its ending: "spik" of "spike" and of "spikes"."""
+    for ending in ENDINGS:
+        left = word.removesuffix(ending)
+        if left != word and len(left) >= SHORTEST:
+            return left[:-1] if ending in ("ing", "ed") and left[-1] == left[-2] and len(left) > SHORTEST else left
+    return word
+
+
+def _known(one: str) -> str:
+    return one if one in weights() else next(iter(get_close_matches(one, weights(), n=1, cutoff=_SIMILAR)), one)

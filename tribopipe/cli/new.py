@@ -13,9 +13,9 @@ from tribopipe.cli.options import AsJson
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
 
 if TYPE_CHECKING:
-    from tribopipe.readers.draft.export_folder import LeftOut
+    from tribopipe.readers.draft.batch import LeftOut
+    from tribopipe.readers.draft.blanks import Ask
     from tribopipe.readers.draft.folder import NewRun
-    from tribopipe.readers.draft.questions import Ask
 
 
 def new(
@@ -86,8 +86,7 @@ def new(
     run.toml. The original files are not modified.
     """
     from tribopipe.pipeline.output_paths import require_folder
-    from tribopipe.readers.draft.export_folder import are_many, make_each
-    from tribopipe.readers.draft.finished_tests import make_of_rows
+    from tribopipe.readers.draft.batch import are_many, make_each, make_of_rows
     from tribopipe.readers.draft.folder import Wanted, make_runs
 
     require_folder(into)

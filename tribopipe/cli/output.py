@@ -308,7 +308,7 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from tribopipe.base.interrupts import undone_by
+    from tribopipe.base.process_lifecycle import undone_by
 
     layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     # Rich would print on stderr what goes to stdout meanwhile.

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.manifest import Conditions, RunManifest
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
-    from tribopipe.evaluation.wear.known import KnownWear
+    from tribopipe.evaluation.wear.scenario import KnownWear
     from tribopipe.physics.friction_path import FrictionPath
     from tribopipe.results.run import RawRun
     from tribopipe.results.wear_fit import WearFit
@@ -253,7 +253,7 @@ def _folder(run: Path, asked: _Asked) -> _Subject:
 
 def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
     """Return the friction of a run folder that a law needs: stated in run.toml, or else measured."""
-    from tribopipe.evaluation.friction_paths import stated_path
+    from tribopipe.evaluation.load_and_friction import stated_path
     from tribopipe.physics.laws import law_named
 
     if not law_named(law).needs_friction:
@@ -263,7 +263,7 @@ def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Reci
 
 def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
     from tribopipe.evaluation.friction import fit_friction
-    from tribopipe.evaluation.friction_paths import run_path
+    from tribopipe.evaluation.load_and_friction import run_path
     from tribopipe.evaluation.preprocessing.cleaning import clean_run
     from tribopipe.readers.harmonize import read_run
 
@@ -274,7 +274,7 @@ def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
 def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
     """Take an archived run, with its own fit unless wear coefficients are given."""
     from tribopipe.base.errors import FitError
-    from tribopipe.evaluation.friction_paths import run_path
+    from tribopipe.evaluation.load_and_friction import run_path
     from tribopipe.physics.laws import law_named
     from tribopipe.pipeline.archived_results import archived_fit, archived_friction
 
@@ -292,8 +292,7 @@ def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
 
 
 def _predict(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
-    from tribopipe.evaluation.wear.curves import wear_scenario
-    from tribopipe.evaluation.wear.predict import predict_wear
+    from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 
     manifest = _changed(subject.manifest, asked)
     scenario = wear_scenario(manifest, _known(subject, asked), asked.law, subject.path, asked.recipe)
@@ -338,7 +337,7 @@ def _resized(contact: Any, asked: _Asked) -> Any:
 def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     """Return the k_D given, else that of the fit, with its engine and its distance convention."""
     from tribopipe.base.errors import FitError
-    from tribopipe.evaluation.wear.known import given_wear, known_wear
+    from tribopipe.evaluation.wear.scenario import given_wear, known_wear
 
     manifest = subject.manifest
     fitted = None if subject.fit is None else known_wear(subject.fit)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.batch_options import JobsOnAllCores, Part, Scheduler, Shard, crew, seen_by
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     Amend,
@@ -15,10 +14,16 @@ from tribopipe.cli.options import (
     AsJson,
     FigureFormats,
     Force,
+    JobsOnAllCores,
+    Part,
     RecipeFile,
+    Scheduler,
+    Shard,
     Verbose,
+    crew,
     load_archive,
     load_recipe,
+    seen_by,
 )
 from tribopipe.cli.output import Advance, finish, in_order, line_width, print_json, progress, record_json, say
 from tribopipe.cli.runs import RunPaths, run_folders, say_amended, say_warnings
@@ -181,7 +186,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose
     from tribopipe.cli.pages import show_study_page
     from tribopipe.cli.process_table import say_problems, show_processed
     from tribopipe.cli.summary import run_summary, show_summaries
-    from tribopipe.results.agreement import StudyResult
+    from tribopipe.results.study import StudyResult
     from tribopipe.views.study_page import study_page
 
     ids = [run_id for run_id in _archived(outcomes) if store.path(run_id).exists()]  # the folder may have gone

@@ -5,24 +5,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
+from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, say, table
-from tribopipe.cli.problems import Problems, by_kind, short_lines
-from tribopipe.cli.quantity_columns import number
-from tribopipe.cli.run_columns import Cells, chosen_columns, rows_of
+from tribopipe.cli.overview import Problems, by_kind, number, short_lines
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_heading, law_label
-from tribopipe.results.agreement import AGREEMENT, tally
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import Finding, findings_of
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.study import AGREEMENT, tally
 from tribopipe.results.wear_fit import fits_of
 
 if TYPE_CHECKING:
-    from tribopipe.archive.outline import RunOutline
+    from tribopipe.archive.archived_run import RunOutline
     from tribopipe.archive.store import Archive
     from tribopipe.documents.quantity import Quantity
-    from tribopipe.results.agreement import LawResult, StudyResult
+    from tribopipe.results.study import LawResult, StudyResult
 
 _LINES = 30
 """As many lines are filled on a terminal."""

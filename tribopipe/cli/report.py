@@ -57,7 +57,7 @@ def report(
     """
     from tribopipe.base.files import write_file
     from tribopipe.pipeline.output_paths import require_free
-    from tribopipe.views.pdf import printed
+    from tribopipe.views.html.rendering import printed
 
     as_pdf = pdf or (output is not None and output.suffix.lower() == ".pdf")
     path = output or Path(f"{ids[0] if len(ids) == 1 else 'report'}.{'pdf' if as_pdf else 'html'}")

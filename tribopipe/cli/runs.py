@@ -7,8 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.base.number_columns import number_column
-from tribopipe.cli.batch_options import Jobs, Part, Scheduler, Shard, crew, seen_by
-from tribopipe.cli.options import DEFAULT_ARCHIVE, Amend, ArchiveFolder, AsJson, Force, load_archive
+from tribopipe.cli.listing import Cells
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    Amend,
+    ArchiveFolder,
+    AsJson,
+    Force,
+    Jobs,
+    Part,
+    Scheduler,
+    Shard,
+    crew,
+    load_archive,
+    seen_by,
+)
 from tribopipe.cli.output import (
     FAILED,
     finish,
@@ -21,7 +34,6 @@ from tribopipe.cli.output import (
     say_where_to_read,
     table,
 )
-from tribopipe.cli.run_columns import Cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -199,7 +211,7 @@ def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
 def _column(head: str, quantities: "Sequence[Quantity]", unit: str) -> Cells:
     """Return quantities as a column, its unit and power of ten in its head."""
     from tribopipe.base.units import pretty
-    from tribopipe.cli.quantity_columns import number
+    from tribopipe.cli.overview import number
 
     shown = number_column([number(one, unit) for one in quantities])
     return Cells(head, f"{head}, {shown.unit(pretty(unit))}", shown.cells)

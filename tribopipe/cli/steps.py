@@ -6,20 +6,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from tribopipe.cli.batch_options import Jobs, Scheduler, crew, seen_by
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
     AsJson,
     Force,
+    Jobs,
     Law,
     Pressure,
     RecipeFile,
     RunIds,
+    Scheduler,
     Verbose,
     chosen_ids,
+    crew,
     load_archive,
     load_recipe,
+    seen_by,
 )
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
 from tribopipe.cli.runs import say_warnings

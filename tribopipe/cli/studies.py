@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from tribopipe.cli.help_panels import HelpPanels
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
     AsJson,
     FigureFormats,
     Force,
+    HelpPanels,
     Law,
     RecipeFile,
     Verbose,
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.documents.manifest import RunManifest
     from tribopipe.documents.recipe import Recipe
-    from tribopipe.results.agreement import StudyResult
     from tribopipe.results.run import RawRun
+    from tribopipe.results.study import StudyResult
 
 study_app = typer.Typer(
     cls=HelpPanels, help="Fit some runs, predict others, and test the wear law.", no_args_is_help=True
@@ -191,7 +191,7 @@ def show(
 
 
 def _show_study(store: "Archive", study_id: str, *, in_full: bool) -> None:
-    from tribopipe.cli.study_overview import show_study_overview
+    from tribopipe.cli.overview import show_study_overview
     from tribopipe.views.study_page import study_page
 
     if in_full:
@@ -207,7 +207,7 @@ def _named(ids: "Sequence[str]") -> str:
 def _tally(result: "StudyResult") -> str:
     """Count how predicted runs agree with each law."""
     from tribopipe.physics.laws import law_label
-    from tribopipe.results.agreement import tally
+    from tribopipe.results.study import tally
 
     told = [f"{law_label(law.model)}: {tally(law)}" for law in result.laws if tally(law)]
     return "; ".join(told) or "–"
@@ -246,7 +246,7 @@ def show_together(
     as_json: bool,
 ) -> None:
     """Evaluate a study that no document describes, and show it; nothing of it is kept."""
-    from tribopipe.cli.study_overview import show_study_overview
+    from tribopipe.cli.overview import show_study_overview
     from tribopipe.documents.record import read_document
     from tribopipe.documents.study import Study
     from tribopipe.pipeline.studies import evaluate_archived

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tribopipe.archive.outline import RunOutline, StepOutline
+from tribopipe.archive.archived_run import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
@@ -14,8 +14,7 @@ from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import DISCS
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
-from tribopipe.results.measurement_words import measured_quantity
-from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.specific_wear import SpecificWear, measured_quantity
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 

@@ -5,8 +5,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.batch_options import Jobs, Scheduler, Shard, crew, seen_by
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, RecipeFile, load_recipe, require_archive
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    Jobs,
+    RecipeFile,
+    Scheduler,
+    Shard,
+    crew,
+    load_recipe,
+    require_archive,
+    seen_by,
+)
 from tribopipe.cli.output import exit_with, print_json, print_result, progress, record_json, say
 
 if TYPE_CHECKING:
@@ -15,8 +26,8 @@ if TYPE_CHECKING:
     from tribopipe.base.errors import TribopipeError
     from tribopipe.base.executor import Crew
     from tribopipe.documents.sweep import Sweep
-    from tribopipe.extras.sweep.rows import Case, Head, Row
-    from tribopipe.extras.sweep.sweeping import Table
+    from tribopipe.extras.sweep.cases import Case, Head, Row
+    from tribopipe.extras.sweep.execution import Table
 
 
 _PICTURES = (".svg", ".png", ".pdf")
@@ -53,7 +64,7 @@ def sweep(
     """
     from tribopipe.documents.record import load_toml
     from tribopipe.documents.sweep import Sweep
-    from tribopipe.extras.sweep.sweeping import Table, ensemble
+    from tribopipe.extras.sweep.execution import Table, ensemble
     from tribopipe.pipeline.output_paths import made_here, require_free
 
     if figure is not None and figure.suffix not in _PICTURES:
@@ -115,7 +126,7 @@ def _named(cases: list[str]) -> str:
 
 def _show(asked: "Sweep", table: "Table", *, as_json: bool) -> None:
     from tribopipe.cli.sweep_tables import show_rows, show_summaries
-    from tribopipe.extras.sweep.rows import answers
+    from tribopipe.extras.sweep.cases import answers
     from tribopipe.extras.sweep.summary import summarised
 
     summaries = summarised(asked, table.ensemble, table.rows)

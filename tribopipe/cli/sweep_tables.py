@@ -9,7 +9,7 @@ from tribopipe.cli.output import print_result, table
 if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.sweep import Sweep
-    from tribopipe.extras.sweep.rows import Case, Ensemble, Found, Head, Row
+    from tribopipe.extras.sweep.cases import Case, Ensemble, Found, Head, Row
     from tribopipe.extras.sweep.subject import Cell
     from tribopipe.extras.sweep.summary import ChoiceSpread, Coverage, Scatter, Summary
 
@@ -29,7 +29,7 @@ _UNITS = {
 
 def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
     """Show the rows, unless they are of draws, which only their summary shows, or too many."""
-    from tribopipe.extras.sweep.rows import answers
+    from tribopipe.extras.sweep.cases import answers
 
     told = list(answers(ensemble, found))
     if asked.draws or len(told) > _MOST_ROWS:

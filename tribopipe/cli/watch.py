@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.batch_options import Jobs, crew
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, RecipeFile, load_recipe
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Jobs, RecipeFile, crew, load_recipe
 from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_json, print_result, say
 
 if TYPE_CHECKING:
-    from tribopipe.extras.watch.event import Event, Kind
+    from tribopipe.extras.watch.journal import Event, Kind
 
 _STDERR = 2
 
@@ -46,9 +45,8 @@ def watch(
     An export is copied when it has not changed for a while; run.toml is drafted from the template. Progress is saved
     with the runs, so that the next `watch` resumes there.
     """
-    from tribopipe.base.interrupts import undone_by
-    from tribopipe.extras.watch.event import counted
-    from tribopipe.extras.watch.journal import alone
+    from tribopipe.base.process_lifecycle import undone_by
+    from tribopipe.extras.watch.journal import alone, counted
     from tribopipe.extras.watch.lab import Lab
     from tribopipe.extras.watch.watcher import look_once, watched
     from tribopipe.pipeline.output_paths import require_folder

@@ -20,11 +20,10 @@ from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
-from tribopipe.physics.local.finite_elements.disc import quarter_disc
-from tribopipe.physics.local.finite_elements.pin import pin_body
+from tribopipe.physics.local.contact_solvers import Surface
+from tribopipe.physics.local.finite_elements import pin_body, quarter_disc
 from tribopipe.physics.local.grids import disc_track, round_pin
 from tribopipe.physics.local.rings import Rings, ring_edges
-from tribopipe.physics.local.surface import Surface
 
 _RINGS_OF_A_FLAT_PIN = 160
 _MARGIN = 1.25

@@ -11,7 +11,6 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
-from tribopipe.contacts.inputs import Input, best_values, relative_input
 from tribopipe.contacts.wear import Noticed, Reached, Row, State, Steps
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -19,10 +18,9 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
-from tribopipe.physics.twin_disc import DiscPair, DiscWear
-from tribopipe.physics.twin_disc_steps import published_wear
+from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_ellipse
+from tribopipe.physics.twin_disc import DiscPair, DiscWear, published_wear
+from tribopipe.results.input_quantities import Input, best_values, relative_input
 from tribopipe.results.wear_fit import HertzStart
 from tribopipe.results.wear_prediction import OUTCOMES
 

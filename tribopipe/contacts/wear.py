@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from tribopipe.base.arrays import Column, Values
-from tribopipe.contacts.inputs import Input
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.results.input_quantities import Input
 from tribopipe.results.wear_fit import HertzStart
 
 State = Mapping[str, Column]

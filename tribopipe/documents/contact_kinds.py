@@ -14,8 +14,7 @@ from tribopipe.base.plugins import Plugins
 from tribopipe.documents.block_on_ring import BlockOnRing
 from tribopipe.documents.contact import Contact, SlidingPin, Specimen
 from tribopipe.documents.four_ball import FourBall
-from tribopipe.documents.pin_on_disc import PinOnDisc
-from tribopipe.documents.reciprocating import Reciprocating
+from tribopipe.documents.pin_on_flat import PinOnDisc, Reciprocating
 from tribopipe.documents.twin_disc import TwinDisc
 
 Answer = TypeVar("Answer")

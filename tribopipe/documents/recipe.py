@@ -4,10 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from tribopipe.documents.plugin_names import InstalledName
 from tribopipe.documents.preprocessing import AUTOMATIC, CleaningStep
 from tribopipe.documents.quantity import Length, Mass, Position
-from tribopipe.documents.record import Record
+from tribopipe.documents.record import InstalledName, Record
 from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN, DistanceConvention, WearEngine
 
 LAWS = InstalledName(LAW_GROUP, "wear law", LAW_PATTERN)

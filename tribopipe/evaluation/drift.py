@@ -26,11 +26,10 @@ import numpy as np
 from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.depth_model_summary import depth_model
 from tribopipe.evaluation.depth_reading import (
     MOST_DEVIATION,
     best_pin,
+    depth_model,
     depth_record,
     disc_course,
     disc_reading,
@@ -41,14 +40,14 @@ from tribopipe.evaluation.depth_reading import (
 )
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear
+from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.depth_model.posterior import depth_posterior
 from tribopipe.physics.depth_model.samples import baseline
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
-from tribopipe.results.finding import Finding
+from tribopipe.results.finding import Finding, reworded
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wording import reworded
 
 _FEWEST_IN_WINDOW = 8
 _LEAST_WEAR = 1e-9

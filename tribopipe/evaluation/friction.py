@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
-from tribopipe.evaluation.applied_load import load_share
+from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.disc_track import told_by
-from tribopipe.physics.autocorrelation import effective_samples
-from tribopipe.physics.long_memory import parameter_covariance
+from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 

@@ -1,9 +1,11 @@
 """Propagation of uncertainty: term by term (JCGM 100:2008), and of distributions by Monte Carlo (JCGM 101:2008).
 
 A model is anything that turns a random generator and a number of draws into that many values of the measurand, or of
-several that belong together (JCGM 102:2011). The
-number of draws is chosen as in 7.9.4: blocks of 10 000 are added until value, standard uncertainty and both ends of
-the 95 % interval are stable in the digits asked for.
+several that belong together (JCGM 102:2011). The number of draws is chosen as in 7.9.4: blocks of 10 000 are added
+until value, standard uncertainty and both ends of the 95 % interval are stable in the digits asked for.
+
+Where a model is too slow for that many draws, a quadratic in its inputs, a response surface, is fitted to some of
+them. Inputs above zero enter by their logarithm, since what wears is about a product of powers of them.
 """
 
 import math
@@ -13,9 +15,40 @@ from functools import cached_property
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Rows of inputs that vary, scaled so that each is about as large as 1."""
+
+    scaled: Column
+    """(rows, inputs)."""
+
+    @classmethod
+    def of(cls, columns: Column) -> "Inputs":
+        """Scale inputs, (rows, inputs); those that do not vary are left out."""
+        columns = columns[:, np.ptp(columns, axis=0) > 0]
+        positive = np.min(columns, axis=0, initial=np.inf) > 0
+        columns = np.where(positive, np.log(np.where(positive, columns, 1.0)), columns)
+        return cls((columns - np.mean(columns, axis=0)) / np.std(columns, axis=0))
+
+    @cached_property
+    def terms(self) -> Column:
+        """1, each input, and each product of two: (rows, terms)."""
+        first, second = np.triu_indices(self.scaled.shape[1])
+        products = self.scaled[:, first] * self.scaled[:, second]
+        return np.concatenate([np.ones((len(products), 1)), self.scaled, products], axis=1)
+
+
+def extended(inputs: Inputs, known: NDArray[np.intp], results: Column) -> Column:
+    """Return results of all rows, by a quadratic through those ``known``, (rows,): indices of ``results``' rows."""
+    coefficients, *_ = np.linalg.lstsq(inputs.terms[known], results, rcond=None)
+    return np.asarray(inputs.terms @ coefficients)
+
 
 BLOCK = 10_000
 """Draws in a block: at least 10⁴ and 100/(1 − p) for a coverage probability p (JCGM 101:2008, 7.9.4 b)."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.file_signature import FIGURES
-from tribopipe.archive.history.entry import FILE_NAME as HISTORY
+from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.base.errors import OutputError
 from tribopipe.documents.manifest import MANIFEST_NAME

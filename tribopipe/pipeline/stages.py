@@ -24,10 +24,9 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
 from tribopipe.documents.toml import parse_toml, read_bytes
 from tribopipe.evaluation.checks.registry import check_run, refuse_errors
-from tribopipe.evaluation.wear.known import KnownWear, known_wear
 from tribopipe.evaluation.wear.local import LocalOptions
-from tribopipe.pipeline.archived_results import archived_fit
-from tribopipe.pipeline.references import References
+from tribopipe.evaluation.wear.scenario import KnownWear, known_wear
+from tribopipe.pipeline.archived_results import References, archived_fit
 from tribopipe.pipeline.step_definitions import (
     PlannedStep,
     clean_up,

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from tribopipe.archive.digest import digest
 from tribopipe.archive.local_wear_tables import local_wear_tables
+from tribopipe.archive.provenance import digest, environment
 from tribopipe.archive.steps import (
     LOCAL_WEAR,
     PREDICTIONS,
@@ -24,7 +24,6 @@ from tribopipe.archive.steps import (
 )
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
-from tribopipe.base.environment import environment
 from tribopipe.base.errors import TribopipeError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
@@ -33,19 +32,18 @@ from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.friction_paths import fitted_path, run_path
+from tribopipe.evaluation.load_and_friction import fitted_path, run_path
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.wear.curves import fitted_curves, predicted_curves, run_scenario
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
-from tribopipe.evaluation.wear.predict import predict_wear
+from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, predicted_curves, run_scenario
+from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_package
 from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
 from tribopipe.results.local_wear import LocalWearResult
-from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearCurves
 from tribopipe.version import VERSION
 
 Curves = Mapping[str, tuple[Column, str]]

@@ -11,12 +11,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from tribopipe.archive.digest import digest
+from tribopipe.archive.provenance import digest, environment
 from tribopipe.archive.single_run import OneRun
 from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
-from tribopipe.base.environment import environment
 from tribopipe.base.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
 from tribopipe.base.executor import ALONE, Crew, as_done
 from tribopipe.base.files import found_below
@@ -24,18 +23,17 @@ from tribopipe.base.units import from_si
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import load_toml, quoted
-from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX, Study
+from tribopipe.documents.study import STUDY_NAME, STUDY_SUFFIX, Study, bodies, severity
 from tribopipe.evaluation.checks.samples import broken_off
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.study.bodies import bodies, severity
 from tribopipe.evaluation.study.design import designs
 from tribopipe.evaluation.study.evaluate import evaluate, posed
 from tribopipe.evaluation.study.member import Member
-from tribopipe.evaluation.wear.known import KnownWear
 from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_named, law_package
 from tribopipe.pipeline.stages import (
     Outcome,
@@ -45,10 +43,8 @@ from tribopipe.pipeline.stages import (
     predict_with,
     stored,
 )
-from tribopipe.results.agreement import LawResult, LeftOut, StudyResult
 from tribopipe.results.run import RawRun
-from tribopipe.results.study_curves import Evaluation
-from tribopipe.results.test_design import Design
+from tribopipe.results.study import Design, Evaluation, LawResult, LeftOut, StudyResult
 from tribopipe.version import VERSION
 
 

@@ -31,12 +31,10 @@ from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.column_names import split_name, without_brackets
 from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
-from tribopipe.readers.placeholders import MISSING
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable
-from tribopipe.readers.tables import find_table
+from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
 from tribopipe.readers.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
 

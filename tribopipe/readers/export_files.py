@@ -12,14 +12,23 @@ from tribopipe.base.errors import ReaderError, did_you_mean
 from tribopipe.base.files import beside, pieces_of, read_file
 from tribopipe.documents.manifest import is_described
 from tribopipe.readers import long_text
-from tribopipe.readers.column_aliases import Meaning, meanings_of
+from tribopipe.readers.column_meanings import Meaning, OpenUnit, meanings_of, open_units, roles_of
 from tribopipe.readers.fields import remarks
 from tribopipe.readers.header_facts import HeaderFacts, header_facts
 from tribopipe.readers.long_text import LongText
-from tribopipe.readers.open_units import OpenUnit, open_units, roles_of
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, Reader, ReadTable
-from tribopipe.readers.registry import Judged, candidates, chosen, reader_named
-from tribopipe.readers.sheets import refuse_sheet
+from tribopipe.readers.reader import (
+    Hints,
+    Holds,
+    Judged,
+    Match,
+    ReadColumn,
+    Reader,
+    ReadTable,
+    candidates,
+    chosen,
+    reader_named,
+)
+from tribopipe.readers.table_parts import refuse_sheet
 from tribopipe.results.run import SourceFile
 
 T = TypeVar("T")

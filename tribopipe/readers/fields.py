@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.readers.placeholders import MISSING, is_gap, is_placeholder
 from tribopipe.readers.reader import Placeholders, ReadColumn, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import MISSING, is_gap, is_number, is_placeholder
 
 _MOST_LOOKED_AT = 10_000
 """Fields, evenly spread, by which a column of texts is judged."""

@@ -21,16 +21,15 @@ from tribopipe.readers.column_mapping import (
     meanings_in,
     notes_on,
     part_of,
+    read_source,
     spoken,
 )
-from tribopipe.readers.columns import read_source
-from tribopipe.readers.friction_definitions import definitions_note
+from tribopipe.readers.column_meanings import definitions_note
+from tribopipe.readers.long_runs import Condensed, LongRun, long_run
 from tribopipe.readers.profiles import read_profiles
-from tribopipe.readers.reader import Reader
-from tribopipe.readers.registry import detect, reader_named
-from tribopipe.readers.sheets import refuse_sheet
+from tribopipe.readers.reader import Reader, detect, reader_named
 from tribopipe.readers.steps import Steps
-from tribopipe.readers.stream import Condensed, LongRun, long_run
+from tribopipe.readers.table_parts import refuse_sheet
 from tribopipe.results.run import ExtraColumn, Origin, RawRun, Recording, SourceFile
 
 

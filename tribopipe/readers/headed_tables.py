@@ -7,11 +7,10 @@ from dataclasses import replace
 from datetime import datetime
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.column_names import bare_name
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout
 from tribopipe.readers.reader import Match, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import (
     BLANKS,
     LONGEST_LINE,

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from tribopipe.base.errors import UnitError
 from tribopipe.base.units import is_unit, is_unit_of, parse, with_point
-from tribopipe.readers.column_aliases import names_of, plain
-from tribopipe.readers.column_names import split_name
+from tribopipe.readers.column_meanings import names_of, plain
 from tribopipe.readers.headed_tables import moment, moment_by
+from tribopipe.readers.tables import split_name
 
 _QUANTITIES: dict[str, tuple[str, str]] = {
     "conditions.normal_load": ("force", "prufkraft testload kraft force"),

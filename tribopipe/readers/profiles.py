@@ -23,11 +23,20 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit_of, show
 from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
 from tribopipe.documents.twin_disc import DISCS
-from tribopipe.readers.column_names import bare_name
-from tribopipe.readers.columns import column_in_si, find_column, read_source
+from tribopipe.readers.column_mapping import column_in_si, find_column, read_source
 from tribopipe.readers.fields import remarks
-from tribopipe.readers.reader import Axis, Hints, ReadColumn, Reader, ReadTable
-from tribopipe.readers.registry import candidates, detect, is_sure, reader_named
+from tribopipe.readers.reader import (
+    Axis,
+    Hints,
+    ReadColumn,
+    Reader,
+    ReadTable,
+    candidates,
+    detect,
+    is_sure,
+    reader_named,
+)
+from tribopipe.readers.tables import bare_name
 from tribopipe.results.run import Profile, SourceFile
 
 _FEWEST = 20

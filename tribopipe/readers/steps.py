@@ -17,8 +17,8 @@ from tribopipe.base.errors import ReaderError, did_you_mean
 from tribopipe.documents.manifest import SignalFile
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.column_mapping import Part
-from tribopipe.readers.column_names import bare_name
 from tribopipe.readers.reader import ReadTable
+from tribopipe.readers.tables import bare_name
 from tribopipe.results.run import ExtraColumn
 
 _NAMES = (

@@ -1,4 +1,7 @@
-"""Files of several parts, such as sheets or groups: parts with the same columns continue each other."""
+"""Files of several parts, such as sheets or groups: parts with the same columns continue each other.
+
+Where the sheets of a workbook each hold a test, one of them has to be chosen.
+"""
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
@@ -7,10 +10,41 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.base.errors import ReaderError
-from tribopipe.readers.column_names import bare_name
+from tribopipe.base.errors import ReaderError, did_you_mean
 from tribopipe.readers.fields import is_mostly_numbers, together
-from tribopipe.readers.reader import ReadColumn, ReadTable
+from tribopipe.readers.reader import ReadColumn, Reader, ReadTable
+from tribopipe.readers.tables import bare_name
+
+WORKBOOK = "workbook"
+"""Name of the reader of files that have sheets."""
+
+
+def refuse_sheet(sheet: str | None, reader: Reader, file: str) -> None:
+    """Raise ``ReaderError`` where a sheet is named of a file that has none."""
+    if sheet is not None and reader.name != WORKBOOK:
+        raise ReaderError(
+            f"{file}: found the sheet {sheet!r} specified for a file of the format {reader.name}, which has no sheets; "
+            "expected a workbook; remove the sheet"
+        )
+
+
+def unknown_sheet(file: str, sheet: str, names: Sequence[str]) -> ReaderError:
+    """Return the error of a sheet that is not in the workbook."""
+    return ReaderError(
+        f"{file}: found no sheet {sheet!r}; expected one of {', '.join(map(repr, names))}; "
+        f"{did_you_mean(sheet, list(names))}"
+    )
+
+
+def several_tests(file: str, names: Sequence[str]) -> ReaderError:
+    """Return the error of a workbook whose sheets each hold a table like a test."""
+    listed = " and ".join([", ".join(map(repr, names[:-1])), repr(names[-1])])
+    return ReaderError(
+        f"{file}: found a table like that of a test in each of the sheets {listed}; expected one test; choose one with "
+        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make a run of each with "
+        "`tribopipe new --each-sheet`"
+    )
+
 
 SEGMENT = "segment"
 """Name of the column that numbers the parts."""

@@ -1,6 +1,13 @@
-"""Readers that a lab describes in TOML (``tribopipe.documents.reader_profile``) for its own export."""
+"""Readers that a lab describes in TOML (``tribopipe.documents.reader_profile``) for its own export.
 
+The regular expressions of such a description are searched for in bounded time: some take a time that grows with two to
+the length of the text. One with at most a single sign of repetition or choice cannot, where texts are short; any other
+is searched for by a process of its own, which costs 30 ms.
+"""
+
+import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -12,15 +19,38 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.reader_profile import Calibration, DescribedColumn, Fact, ReaderProfile
 from tribopipe.documents.record import load_toml
-from tribopipe.readers.columns import find_column, read_source
+from tribopipe.readers.column_mapping import find_column, read_source
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
 from tribopipe.readers.layout import Decimal, Layout, find_layout
-from tribopipe.readers.patterns import search
 from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.subprocess_readers import answer_of
+from tribopipe.readers.subprocess_readers.first_hit import first_hit
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import Text, decode, sample_lines, trimmed
 from tribopipe.results.run import SourceFile
+
+_CHOICES = re.compile(r"[*+?{|]")
+_MUCH = 2e7
+"""Square of the length of a text, in all: one repetition may begin at each sign, and go on to the end."""
+
+
+def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | None:
+    """Return the index of the first text in which a pattern is found, and what its first group, or it, matched.
+
+    ^ and $ stand for the ends of lines. Raises ``ReaderError`` where the search takes too long.
+    """
+    if len(_CHOICES.findall(pattern)) < 2 and sum(len(text) ** 2 for text in texts) < _MUCH:
+        return first_hit(pattern, texts)
+    asked = SourceFile(file, json.dumps([pattern, texts]).encode("ascii"))
+    try:
+        found = json.loads(answer_of("first_hit.py", asked, remedy=""))
+    except ReaderError:
+        raise ReaderError(
+            f"{file}: found no end to the search for {pattern!r}; expected a pattern that matches or fails "
+            "immediately; write a simpler one, without nested repetition"
+        ) from None
+    return None if found is None else (found[0], found[1])
 
 
 def load_reader_profile(path: Path) -> ReaderProfile:

@@ -13,7 +13,7 @@ from tribopipe.documents.recipe import Correction
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 from tribopipe.results.interactive import FitRecord
-from tribopipe.results.measurement_words import measured_quantities
+from tribopipe.results.specific_wear import measured_quantities
 
 COVERAGE_FACTOR = 1.959963984540054
 """Half width of a 95 % interval in standard uncertainties of a normal distribution."""

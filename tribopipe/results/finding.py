@@ -1,7 +1,7 @@
-"""What a check found in a run."""
+"""What a check found in a run: findings, their short titles, and their wording in the names of the contact."""
 
-from collections.abc import Iterable
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Literal, TypeVar
 
 from tribopipe.documents.record import Record
 
@@ -48,3 +48,97 @@ def first_of_each_code(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def findings_of(results: Iterable[object]) -> tuple[Finding, ...]:
     """Return the findings against the results of a run, without duplicates of code and place."""
     return first_of_each_code(finding for result in results for finding in getattr(result, "findings", ()))
+
+
+TITLES: Mapping[str, str] = {
+    "implausible_density": "density not that of a solid",
+    "implausible_modulus": "implausible Young's modulus",
+    "modulus_unit": "Young's modulus in the wrong unit",
+    "material_properties": "properties outside the range of the material",
+    "radius_or_diameter": "pin radius may be a diameter",
+    "radius_unchecked": "pin radius cannot be checked",
+    "initial_yielding": "contact yields at the start",
+    "rate_not_steady": "overall and steady wear rate differ",
+    "scar_or_radius": "scar size may be a radius",
+    "elastic_scar": "scar partly elastic",
+    "uneven_scars": "readings of the scar differ widely",
+    "stroke_within_scar": "stroke shorter than the contact",
+    "wear_decreases": "less wear at a later interruption",
+    "material_gained": "material gained",
+    "coating_worn_through": "coating worn through",
+    "implausible_conditions": "implausible size, load or speed",
+    "future_start": "start date in the future",
+    "missing_input": "inputs for k_D missing",
+    "reader_assumption": "file read with assumptions",
+    "unused_signal": "recorded signal not used",
+    "friction_lever": "friction force with an unknown lever",
+    "unstated_uncertainty": "default uncertainties used",
+    "impossible_measurement": "impossible post-test measurement",
+    "no_wear_in_profile": "no wear found in a profile",
+    "measurements_disagree": "post-test measurements disagree",
+    "no_samples": "no samples",
+    "empty_channel": "empty channel",
+    "axis_incomplete": "time or distance missing for some samples",
+    "axis_backward": "time or distance runs backward",
+    "counter_glitch": "glitches of a counter",
+    "axis_constant": "time or distance does not advance",
+    "distance_unknown": "sliding distance unknown",
+    "samples_averaged": "block means evaluated",
+    "signals_preprocessed": "signals preprocessed",
+    "load_sign": "measured load with the wrong sign",
+    "load_not_nominal": "measured and nominal load differ",
+    "load_unit": "measured load in the wrong unit",
+    "conditions_change": "conditions change during the test",
+    "conditions_differ": "recorded and stated conditions differ",
+    "stated_speeds_differ": "stated speeds contradict each other",
+    "channels_disagree": "channels contradict each other",
+    "strokes_differ": "recorded and stated strokes differ",
+    "strokes_unused": "friction per stroke not evaluated",
+    "no_friction_per_stroke": "friction per stroke not available",
+    "missing_samples": "samples missing",
+    "repeated_samples": "samples repeated",
+    "recording_gap": "gap in the recording",
+    "dead_channel": "channel constant or zero",
+    "friction_sign": "friction with both signs",
+    "implausible_friction": "implausible friction coefficient",
+    "interruption_after_end": "interruption after the end of the test",
+    "implausible_depth": "implausible depth signal",
+    "distance_not_planned": "distance differs from the planned one",
+    "axis_offset": "time or distance does not start at zero",
+    "no_post_test_measurement": "no post-test measurement of the pin",
+    "reading_contradicts_measurement": "depth signal contradicts the post-test measurement",
+    "disc_not_measured": "disc not measured",
+    "two_step_differs": "two-step correction gives a different k_D",
+    "wear_rate_changes": "wear rate changes during the test",
+    "reading_settles": "settling in the depth signal",
+    "reading_follows_temperature": "depth signal follows the temperature",
+    "curve_shape": "shape of the depth signal not explained",
+    "depth_steps": "steps in the depth signal",
+    "depth_spikes": "spikes in the depth signal",
+    "depends_on_drift_prior": "k_D depends on the assumed drift",
+    "depends_on_settling_prior": "k_D depends on the assumed settling",
+}
+"""By the code of a finding."""
+
+
+def title(code: str) -> str:
+    """Return what a finding is called; the code in words where another package has found it."""
+    return TITLES.get(code) or code.replace("_", " ").replace("-", " ")
+
+
+R = TypeVar("R", bound=Record)
+
+
+def reworded(result: R, worded: Callable[[str], str]) -> R:
+    """Return a result whose sentences are those that ``worded`` makes of them."""
+    changed: dict[str, Any] = {}
+    if notes := getattr(result, "notes", ()):
+        changed["notes"] = tuple(map(worded, notes))
+    if findings := getattr(result, "findings", ()):
+        changed["findings"] = tuple(
+            one.model_copy(update={part: worded(getattr(one, part)) for part in ("where", "message", "remedy")})
+            for one in findings
+        )
+    if anchor := getattr(result, "anchor", None):
+        changed["anchor"] = worded(anchor)
+    return result.model_copy(update=changed) if changed else result

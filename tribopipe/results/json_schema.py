@@ -19,11 +19,10 @@ from tribopipe.documents.report_details import ReportDetails
 from tribopipe.documents.study import Study
 from tribopipe.documents.sweep import Sweep
 from tribopipe.documents.template import Template
-from tribopipe.results.agreement import StudyResult
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
-from tribopipe.results.test_design import Design
+from tribopipe.results.study import Design, StudyResult
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 

@@ -1,12 +1,16 @@
-"""What local wear of a run returns: where the surface has worn how far, with the Global Incremental Wear Model."""
+"""What local wear of a run returns: how far the surface has worn, next to the Global Incremental Wear Model."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
+from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Metres, Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import Course, Engine
+from tribopipe.physics.local.course import LocalWear
 
 
 class LocalPoint(Record):
@@ -123,3 +127,42 @@ class LocalWearResult(Record):
             f"F_N = {force(self.normal_load)}"
         )
         return "\n".join([head, *(f"  {point}" for point in self.points), *(f"  {note}" for note in self.notes)])
+
+
+class GlobalWear(NamedTuple):
+    """The Global Incremental Wear Model along the same course."""
+
+    depth: Column
+    """m."""
+    pressure: Column
+    """Mean pressure, Pa."""
+    half_width: Column
+    """a or a_x, m."""
+    half_length: Column
+    """a or a_z, m."""
+
+
+@dataclass(frozen=True)
+class LocalCurves:
+    """Local wear along sliding distance or rotations, and the GIWM next to it."""
+
+    result: LocalWearResult
+    along: Column
+    """Sliding distance, m, or rotations of the crowned disc; the first is 0."""
+    course: LocalWear
+    gap: Column
+    """Distance of each point of the unworn surface from the plane that touches it, m."""
+    mean_pressure: Column
+    """Normal load over the area in contact, Pa."""
+    giwm: Mapping[str, GlobalWear]
+    """As ``giwm``; of discs that conserves volume, and stands next to it ``giwm_as_printed``."""
+
+    @property
+    def discs(self) -> bool:
+        """Whether two discs wear, rather than a pin."""
+        return self.result.flat_disc_wear_coefficient is not None
+
+    @property
+    def middle_pressure(self) -> Column:
+        """Contact pressure in the middle, Pa."""
+        return self.course.middle_pressure

@@ -1,12 +1,36 @@
-"""Wear volume and specific wear rate of each body of a run, by what was measured on it."""
+"""Wear volume and specific wear rate of each body of a run, by what was measured on it.
 
+Post-test measurements are put in words from their keys under ``[end_values]``.
+"""
+
+import re
 from typing import Literal
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
 from tribopipe.documents.record import Record
-from tribopipe.results.measurement_words import measured_quantity
+
+_KEY = re.compile(
+    r"(?P<body>\w+?)_"
+    r"(?P<measured>wear_depth|wear_volume|mass_loss|profile|track_width|scar_diameter|scar_length|scar_width)"
+)
+
+
+def measured_quantity(key: str) -> str:
+    """Return what was measured: "scar diameter" for ``pin_scar_diameter``."""
+    match = _KEY.fullmatch(key)
+    return spoken(match["measured"] if match else key)
+
+
+def measured_quantities(anchor: str) -> str:
+    """Return measurements, joined by " + ", with their bodies: "scar diameter of the pin and profile of the disc"."""
+    return " and ".join(map(_with_body, anchor.split(" + ")))
+
+
+def _with_body(key: str) -> str:
+    match = _KEY.fullmatch(key)
+    return f"{spoken(match['measured'])} of the {spoken(match['body'])}" if match else spoken(key)
 
 
 class MeasuredWear(Record):

@@ -1,16 +1,19 @@
-"""What predictions of wear find: the wear of each body of a contact, of whatever kind, from a known k_D."""
+"""What predictions of wear find, and the curves of a law along a run, fitted or predicted, whatever its contact."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pydantic import Field
 
+from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
-from tribopipe.results.wear_fit import HertzStart, LawValue, by
+from tribopipe.results.wear_fit import HertzStart, LawValue, WearFit, by
 
 Outcome = Literal[
     "depth",
@@ -147,3 +150,23 @@ class WearPrediction(Record):
 
 _UNITS = {"m": "mm", "1": "%"}
 """Units in which people read sizes and ratios."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A value at each sample, and its 95 % band."""
+
+    best: Column
+    lower: Column
+    upper: Column
+    unit: str = field(kw_only=True)
+    """SI."""
+
+
+@dataclass(frozen=True)
+class WearCurves:
+    """Wear and contact along a run by a law."""
+
+    result: WearFit | WearPrediction
+    bands: Mapping[str, Band]
+    """By what they are of: ``wear_depth`` of a pin, ``depth``, ``curved_volume`` and so on of two discs."""

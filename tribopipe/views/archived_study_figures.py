@@ -9,12 +9,11 @@ from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.arrays import Column
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.study.effective import effective_coefficient
+from tribopipe.evaluation.study.effective_coefficient import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.step_definitions import recipe_of
-from tribopipe.views.archived_figures import is_since
-from tribopipe.views.html.captions import study_caption
+from tribopipe.views.archived_figures import is_since, study_caption
 from tribopipe.views.run_figures import save_beside, save_figures
 from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 

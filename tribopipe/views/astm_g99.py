@@ -19,10 +19,9 @@ from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.measurement_words import measured_quantity
 from tribopipe.results.run import RawRun
-from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
-from tribopipe.views.labeled_values import shown
+from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured_quantity
+from tribopipe.views.page import shown
 
 _BODIES = ("pin", "disc")
 """Asked for where run.toml does not state the bodies."""

@@ -10,9 +10,9 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
+from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.runfile import read_cleaned
 from tribopipe.archive.store import Archive
-from tribopipe.archive.unpack import unpacked
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.physics.laws import LAWS, law_title

@@ -1,4 +1,8 @@
-"""Fewer points for a line of many samples, that look the same: for figures and screens only, never for data."""
+"""Fewer points for a line of many samples that look the same, for figures and browser windows; never for data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,3 +55,83 @@ def extremes(y: Column, starts: Places) -> Places:
         kept.append(at_it[first])
     kept.append(starts[np.isnan(values)])
     return np.unique(np.concatenate(kept))
+
+
+@dataclass(frozen=True)
+class Window:
+    """What of an axis is looked at, in its shown unit; all of it where no end is named."""
+
+    start: float | None
+    end: float | None
+    width: int
+    """Pixels side by side."""
+
+    def span(self, axes: Sequence[Column]) -> tuple[float, float]:
+        """Return its ends, those of the axes where none is named; 0 and 1 where nothing is known of any."""
+        known = [axis[np.isfinite(axis)] for axis in axes]
+        ends = [end for axis in known if axis.size for end in (float(np.min(axis)), float(np.max(axis)))]
+        low, high = (min(ends), max(ends)) if ends else (0.0, 1.0)
+        return low if self.start is None else self.start, high if self.end is None else self.end
+
+
+class Points(NamedTuple):
+    """What is left of a curve; NaN where nothing was recorded."""
+
+    x: Column
+    y: Column
+    lower: Column | None
+    upper: Column | None
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The samples of an axis that a window shows, and one on either side, by which lines leave it."""
+
+    places: slice | Places
+    x: Column
+    hidden: NDArray[np.bool_] | None
+    """Samples beyond the window among them, where the axis goes back."""
+    starts: Places | None
+    """First sample of each column of pixels; none where there is room for every sample."""
+
+    def thinned(self, y: Column, lower: Column | None = None, upper: Column | None = None) -> Points:
+        """Return the extremes of a curve in each column of pixels, and those of its band."""
+        y = y[self.places]
+        low, high = (None if line is None else line[self.places] for line in (lower, upper))
+        if self.hidden is not None:
+            y = np.where(self.hidden, np.nan, y)
+        if self.starts is None:
+            return Points(self.x, y, low, high)
+        kept = extremes(y, self.starts)
+        column = np.searchsorted(self.starts, kept, side="right") - 1
+        low = None if low is None else np.fmin.reduceat(low, self.starts)[column]
+        high = None if high is None else np.fmax.reduceat(high, self.starts)[column]
+        return Points(self.x[kept], y[kept], low, high)
+
+
+def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
+    """Return the part of an axis between two of its values, for so many columns of pixels.
+
+    Samples of which x is missing are left out. Where x goes back, columns are made of equally many samples.
+    """
+    before = after = 0
+    if grows(x) and np.isfinite(x[:1]).all():
+        first, last = int(np.searchsorted(x, span[0])), int(np.searchsorted(x, span[1], side="right"))
+        before, after = min(first, 1), min(len(x) - last, 1)
+        places: slice | Places = slice(first - before, last + after)
+        hidden = None
+    else:
+        inside = (x >= span[0]) & (x <= span[1])
+        places = np.flatnonzero(np.isfinite(x))
+        hit = np.flatnonzero(inside[places])
+        places = places[hit[0] : hit[-1] + 1] if hit.size else places[:0]
+        hidden = ~inside[places]
+    seen = x[places]
+    starts = _starts(seen, before, after, width) if len(seen) > 2 * width else None
+    return Shown(places, seen, hidden, starts)
+
+
+def _starts(seen: Column, before: int, after: int, width: int) -> Places:
+    """Return the first sample of each column; those with the window have their own, lest one of them stand for it."""
+    inside = first_of_columns(seen[before : len(seen) - after], width) + before
+    return np.concatenate([np.arange(before), inside, np.arange(len(seen) - after, len(seen))])

@@ -13,8 +13,7 @@ import numpy as np
 
 from tribopipe.archive.archived_run import ArchivedRun
 from tribopipe.archive.catalog.catalog import Catalogue
-from tribopipe.archive.catalog.columns import COLUMNS, columns_named
-from tribopipe.archive.catalog.listed import usual_columns
+from tribopipe.archive.catalog.listing import COLUMNS, columns_named, usual_columns
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
@@ -24,11 +23,11 @@ from tribopipe.pipeline.output_paths import require_free
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.interactive import UnitColumn
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearCurves
 from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.csv_files import csv_columns, csv_kinds, csv_of, head_of
-from tribopipe.views.labeled_values import shown
+from tribopipe.views.page import shown
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_signals, plot_wear
 
 if TYPE_CHECKING:

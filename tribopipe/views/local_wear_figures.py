@@ -12,10 +12,9 @@ from tribopipe.archive.local_wear_tables import local_wear_tables
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show
 from tribopipe.physics.laws import law_label
-from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint
-from tribopipe.results.local_wear_curves import LocalCurves
+from tribopipe.results.local_wear import LocalCurves, LocalDiscPoint, LocalPinPoint
 from tribopipe.views.layout import TWO_COLUMNS
-from tribopipe.views.number_format import turned
+from tribopipe.views.plot import turned
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, four_panels, head_figure, key, save_figure, styled
 from tribopipe.views.run_plots import local_wear_panels
 

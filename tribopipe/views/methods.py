@@ -1,6 +1,6 @@
 r"""How the numbers of a report were found: the methods that its runs have been through, with their equations.
 
-Equations are in the notation of tribopipe.views.html.mathml; those of the paper keep its numbers.
+Equations are in the notation of tribopipe.views.html.rendering; those of the paper keep its numbers.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -14,10 +14,10 @@ from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.laws import LAWS, WearLaw
-from tribopipe.results.agreement import LawResult, StudyResult
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.study import LawResult, StudyResult
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import WearPrediction
 

@@ -1,11 +1,17 @@
-"""A run or a study on one page, as text in order: alike for a terminal, a web page and a report.
+"""A run or a study on one page, as text in order for terminal, web and report, and facts with their units.
 
 Whoever shows a page escapes its texts for its output: they hold whatever a lab wrote.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+from tribopipe.base.units import WEAR_COEFFICIENT, force_unit, from_si, pretty
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.manifest import ProfileSource, StatedFriction
+from tribopipe.documents.quantity import EndValue, Quantity, between
+from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 
 
@@ -153,3 +159,154 @@ class StudyPage:
     program_version: str
     date: str
     inputs_sha256: str
+
+
+NOTHING = "–"
+_BY_SI = {
+    "m": "um",
+    "m/s": "mm/s",
+    "Pa": "MPa",
+    "kg/m^3": "g/cm^3",
+    "Pa*m^0.5": "MPa*m^0.5",
+    "K": "degC",
+    "m^3": "mm^3",
+    "kg": "mg",
+    "1/s": "Hz",
+    "rad/s": "rpm",
+    "m^2/N": WEAR_COEFFICIENT,
+}
+"""Units that quantities are read in, by their SI unit, unless their field has another."""
+
+
+class _Field(NamedTuple):
+    """How a field is called, and the unit it is read in where that of its SI unit does not fit."""
+
+    label: str
+    unit: str | None = None
+
+
+_FIELDS = {
+    "material": _Field("material"),
+    "shape": _Field("shape"),
+    "radius": _Field("radius", "mm"),
+    "flat_radius": _Field("radius of the flat"),
+    "rolling_radius": _Field("radius along the rolling direction", "mm"),
+    "crown_radius": _Field("crown radius", "mm"),
+    "width": _Field("width", "mm"),
+    "diameter": _Field("diameter", "mm"),
+    "youngs_modulus": _Field("Young's modulus", "GPa"),
+    "poisson_ratio": _Field("Poisson ratio"),
+    "density": _Field("density"),
+    "surface_roughness": _Field("roughness Ra"),
+    "vickers_hardness": _Field("Vickers hardness HV"),
+    "fracture_toughness": _Field("fracture toughness K_Ic"),
+    "film_thickness": _Field("thickness of the coating"),
+    "normal_load": _Field("normal load"),
+    "sliding_speed": _Field("sliding speed"),
+    "curved_disc_speed": _Field("speed of the crowned disc"),
+    "flat_disc_speed": _Field("speed of the cylindrical disc"),
+    "slip": _Field("slip", "%"),
+    "rotational_speed": _Field("rotational speed"),
+    "track_radius": _Field("track radius", "mm"),
+    "stroke": _Field("stroke", "mm"),
+    "frequency": _Field("frequency"),
+    "sliding_distance": _Field("sliding distance", "m"),
+    "rotations": _Field("rotations"),
+    "medium": _Field("medium"),
+    "temperature": _Field("temperature"),
+    "relative_humidity": _Field("relative humidity", "%"),
+    "friction": _Field("friction stated beforehand"),
+}
+"""Fields with a name or a unit of their own, in the order in which people read them; others follow."""
+
+
+def record_facts(record: Record) -> tuple[Fact, ...]:
+    """Return what a part of run.toml states, in the order in which people read it."""
+    names = sorted(type(record).model_fields, key=lambda name: _ORDER.get(name, len(_ORDER)))
+    return facts(*((_label(name), _stated(name, getattr(record, name))) for name in names))
+
+
+_ORDER = {name: place for place, name in enumerate(_FIELDS)}
+
+
+def facts(*told: tuple[str, str | None]) -> tuple[Fact, ...]:
+    """Return those facts of which something is known."""
+    return tuple(Fact(name, value) for name, value in told if value is not None)
+
+
+def shown(quantity: Quantity | None, unit: str | None = None) -> str | None:
+    """Write a quantity in a unit, or in the one it is usually read in; nothing of what is not known."""
+    return None if quantity is None else quantity.shown(unit or usual_unit(quantity))
+
+
+def usual_unit(quantity: Quantity) -> str:
+    """Name the unit in which people read a quantity of which only the SI unit is known."""
+    return force_unit(quantity.value) if quantity.unit == "N" else _BY_SI.get(quantity.unit, quantity.unit)
+
+
+def interval(ends: tuple[Quantity, Quantity | None] | None, unit: str) -> str | None:
+    """Write an interval with its unit once: "13 to 15 µm"; open above where it has no upper end."""
+    if ends is None:
+        return None
+    low, high = ends
+    if high is None:
+        return f"{low.shown(unit)} or more"
+    return between((low, high), unit)
+
+
+def bare(quantity: Quantity | None, unit: str) -> str:
+    """Write a quantity whose unit stands elsewhere; a dash for what is not known."""
+    return NOTHING if quantity is None else quantity.shown(unit).removesuffix(f" {pretty(unit)}")
+
+
+def duration(time: Quantity | None) -> str | None:
+    """Write how long something took, in the unit that reads best; nothing where that is not known."""
+    if time is None:
+        return None
+    return time.shown("s" if time.value < 600 else "min" if time.value < 7200 else "h")
+
+
+def yes_or_no(answer: bool | None) -> str | None:
+    """Write an answer; nothing where there is none."""
+    return None if answer is None else "yes" if answer else "no"
+
+
+def signed_share(share: float) -> str:
+    """Write a share with its sign, "+1.50%"; one that rounds to nothing without."""
+    written = f"{share:+.2%}"
+    return "0.00%" if written[1:] == "0.00%" else written
+
+
+def listed(words: Iterable[str]) -> str | None:
+    """Write words in a row; nothing where there is none."""
+    return ", ".join(words) or None
+
+
+def _label(name: str) -> str:
+    return _FIELDS[name].label if name in _FIELDS else spoken(name)
+
+
+def _stated(name: str, value: Any) -> str | None:
+    if isinstance(value, Quantity):
+        unit = _FIELDS[name].unit if name in _FIELDS else None
+        return f"{shown(value, unit)}{''.join(_measured(value))}"
+    if isinstance(value, StatedFriction):
+        parts = zip("Abc", (value.amplitude, value.steady_state, value.running_in_distance), strict=True)
+        return ", ".join(f"{letter} = {part}" for letter, part in parts)
+    if isinstance(value, bool):
+        return yes_or_no(value)
+    if isinstance(value, tuple):
+        return listed(source.file for source in value if isinstance(source, ProfileSource))
+    return value if value is None or isinstance(value, str) else f"{value:,.12g}"
+
+
+def _measured(value: Quantity) -> Iterator[str]:
+    """Report how a post-test measurement was measured, and of which readings it is the mean."""
+    if not isinstance(value, EndValue):
+        return
+    if value.method is not None:
+        yield f", {value.method}"
+    if value.readings is not None:
+        unit = usual_unit(value)
+        readings = ", ".join(f"{from_si(reading, value.unit, unit):.4g}" for reading in value.readings)
+        yield f", mean of {len(value.readings)} readings: {readings}"

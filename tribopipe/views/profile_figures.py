@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import axis, from_si
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.profile.levelling import Mask
-from tribopipe.evaluation.profile.track import Level, Track
+from tribopipe.evaluation.measurements.profile_levelling import Mask
+from tribopipe.evaluation.measurements.track_profile import Level, Track
 from tribopipe.results.run import Profile
 from tribopipe.views.decimation import thinned
 from tribopipe.views.run_figures import BLACK, GREEN, GREY, ORANGE, PALETTE, RED, finish, in_lines, save_figure, styled

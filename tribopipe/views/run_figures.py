@@ -30,11 +30,10 @@ from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_curves import WearCurves
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import WearCurves
 from tribopipe.views.decimation import thinned
-from tribopipe.views.number_format import course, power_of, powered_axis, slide
-from tribopipe.views.plot import VOLUME, Curve, Mark, Panel
+from tribopipe.views.plot import VOLUME, Curve, Mark, Panel, course, power_of, powered_axis, slide
 from tribopipe.views.run_plots import contact_panels, depth_panels, friction_panels, signal_panels, wear_panels
 
 if TYPE_CHECKING:

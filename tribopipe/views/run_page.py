@@ -1,19 +1,221 @@
-"""One archived run on a page: what was tested and how, what was found, every step it has been through, its sources."""
+"""One archived run on a page: what was tested and how, what each step has found, its sources."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
-from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.archived_run import RunOutline, StepOutline
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
+from tribopipe.base.units import SPECIFIC_WEAR_RATE
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.quantity import Quantity, between
+from tribopipe.documents.record import Record
 from tribopipe.documents.slip import stated_slip
-from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.physics.laws import law_title
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding, first_of_each_code
+from tribopipe.results.local_wear import LocalWearResult
+from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured_quantities, measured_quantity
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.views.labeled_values import duration, facts, listed, record_facts, shown
-from tribopipe.views.page import Fact, FactGroup, Remark, RunPage, SourceEntry
-from tribopipe.views.step_sections import stage_pages
+from tribopipe.results.wear_prediction import WearPrediction
+from tribopipe.views.page import (
+    NOTHING,
+    Fact,
+    FactGroup,
+    Remark,
+    RunPage,
+    SourceEntry,
+    StagePage,
+    TextTable,
+    duration,
+    facts,
+    interval,
+    listed,
+    record_facts,
+    shown,
+)
+from tribopipe.views.wear_sections import Steps, Told, local_wear_told, prediction_told, wear_fit_told
+
+_TITLES: Mapping[StepName, str] = {
+    "clean_up": "Preprocessing",
+    "drift_correction": "Drift correction",
+    "friction_fit": "Friction",
+    "specific_wear": "Specific wear rate",
+}
+_UNDER_LAWS = ((WEAR_FITS, "Wear coefficient"), (PREDICTIONS, "Prediction"), (LOCAL_WEAR, "Local wear"))
+
+
+def step_title(name: StepName) -> str:
+    """Return what people call a step."""
+    for steps, title in _UNDER_LAWS:
+        if (law := steps.law_of(name)) is not None:
+            return f"{title} by {law_title(law)}"
+    return _TITLES[name]
+
+
+def stage_pages(steps: Steps, worded: Callable[[str], str] = str) -> tuple[StagePage, ...]:
+    """Return a page for each step, in order; ``worded`` puts texts in the names of the contact."""
+    return tuple(_stage_page(step, steps, worded) for step in steps.values())
+
+
+def _stage_page(step: StepOutline, steps: Steps, worded: Callable[[str], str]) -> StagePage:
+    told = _TOLD[type(step.result)](step.result, steps).worded(worded)
+    return StagePage(
+        name=step.name,
+        title=step_title(step.name),
+        sentence=told.sentence,
+        facts=told.facts,
+        notes=told.notes,
+        tables=tuple(table for table in told.tables if table.rows),
+        path=f"/entry/{step.name}",
+        program_version=step.program_version,
+        date=step.date,
+        options=step.options,
+        inputs_sha256=step.inputs_sha256,
+        result_sha256=step.result_sha256,
+    )
+
+
+def _clean_up_told(result: CleanUp, _: Steps) -> Told:
+    rows = [(spoken(one.signal), one.step, f"{one.samples:,}", one.what, one.why) for one in result.changes]
+    return Told(
+        "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
+        (
+            *facts(*((f"{spoken(name)}, recalculated", origin) for name, origin in result.derived.items())),
+            *facts(("left out", listed(map(spoken, result.left_out)))),
+        ),
+        tables=(TextTable("changes", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
+    )
+
+
+def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
+    return Told(
+        str(result),
+        facts(
+            ("drift rate", shown(result.drift_rate, "nm/min")),
+            ("drift rate by two-step correction", _by_two_steps(result)),
+            ("zero offset", shown(result.zero_offset)),
+            ("discrepancy at the end", shown(result.discrepancy)),
+            ("anchored on", result.anchor and measured_quantities(result.anchor)),
+            ("wear depth at the end", shown(result.end_wear_depth)),
+            ("of that, pin", shown(result.pin_wear_depth)),
+            ("of that, disc", shown(result.disc_wear_depth)),
+            *(() if result.model is None else _besides_wear(result.model)),
+        ),
+    )
+
+
+def _by_two_steps(result: DriftCorrection) -> str | None:
+    return None if result.model is None else shown(result.two_step_rate, "nm/min")
+
+
+def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
+    """Yield what the model finds in a depth reading in addition to wear and a line."""
+    yield "95 % interval of the drift rate", between(model.drift_interval, "nm/min")
+    yield "probability of settling", f"{model.settling_probability:.2f}"
+    yield "amplitude of the settling", shown(model.settling)
+    yield "time constant of the settling", duration(model.settling_time)
+    if model.thermal_probability is not None:
+        yield "probability of a shift with the temperature", f"{model.thermal_probability:.2f}"
+    yield "shift over the range of the temperature", shown(model.thermal_shift)
+    yield "slow wander, root mean square", shown(model.wander, "nm")
+    yield "noise of a block average, standard deviation", shown(model.noise, "nm")
+
+
+def _friction_told(result: FrictionFit, _: Steps) -> Told:
+    sentences = {
+        "none": "no friction fit",
+        "steady-only": f"μ = {result.steady_state}, steady value only",
+        "exponential": str(result.model_copy(update={"notes": ()})),
+    }
+    samples = result.effective_samples
+    return Told(
+        sentences[result.outcome],
+        facts(
+            ("A, above the steady state at the start", shown(result.amplitude)),
+            ("b, steady state", shown(result.steady_state)),
+            ("c, running-in distance", shown(result.running_in_distance, "m")),
+            ("fitted between", interval(result.window, "m")),
+            ("standard deviation about the fit", shown(result.residual_deviation)),
+            ("independent samples", None if samples is None else f"{samples:,.0f}"),
+            ("mean of μ over the run", shown(result.mean)),
+            ("standard deviation of μ over the run", shown(result.standard_deviation)),
+            ("load used for the friction coefficient", result.load),
+        ),
+        result.notes,
+    )
+
+
+def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
+    load, bodies = result.normal_load, {spoken(name): body for name, body in result.bodies.items()}
+    rows = [
+        (name, measured_quantity(one.by), shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
+        for name, body in bodies.items()
+        for one in body.measured
+    ]
+    return Told(
+        str(result.model_copy(update={"notes": ()})),
+        facts(
+            *(
+                (f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
+                for name, body in bodies.items()
+            ),
+            *(
+                (f"steady rate of the {name}", _steady(body))
+                for name, body in bodies.items()
+                if body.steady_rate is not None
+            ),
+            ("rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
+            *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
+            *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
+            ("over a sliding distance of", shown(result.sliding_distance, "m")),
+            ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
+        ),
+        result.notes,
+        (TextTable("wear by measurement", ("body", "measured", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+    )
+
+
+def _steady(body: BodyWearRate) -> str:
+    return f"{shown(body.steady_rate, SPECIFIC_WEAR_RATE)}, from {shown(body.steady_from, 'm')} on"
+
+
+def _intervals(bodies: Mapping[str, BodyWearRate]) -> Iterator[TextTable]:
+    """Yield a table of the wear between one measurement and the next, where a test was interrupted."""
+    rows = [
+        (
+            name,
+            shown(one.start, "m"),
+            shown(one.end, "m"),
+            shown(one.volume),
+            shown(one.specific_wear_rate, SPECIFIC_WEAR_RATE),
+        )
+        for name, body in bodies.items()
+        for one in body.intervals
+    ]
+    if rows:
+        head = ("body", "from", "to", "volume", "specific wear rate")
+        yield TextTable(
+            "wear between measurements", head, tuple(tuple(cell or NOTHING for cell in row) for row in rows)
+        )
+
+
+def _found_by(quantity: Quantity | None, by: str | None) -> str | None:
+    return None if quantity is None or by is None else f"{shown(quantity)}, from the {measured_quantity(by)}"
+
+
+_TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
+    CleanUp: _clean_up_told,
+    DriftCorrection: _drift_correction_told,
+    FrictionFit: _friction_told,
+    SpecificWear: _specific_wear_told,
+    WearFit: wear_fit_told,
+    WearPrediction: prediction_told,
+    LocalWearResult: local_wear_told,
+}
+"""How each kind of result is given."""
 
 
 def run_page(archive: Archive, run_id: str) -> RunPage:

@@ -12,15 +12,14 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SignalName
 from tribopipe.documents.twin_disc import DISCS, DiscName
-from tribopipe.evaluation.friction_paths import fitted_path
+from tribopipe.evaluation.load_and_friction import fitted_path
 from tribopipe.evaluation.measurements.twin_disc import Measured
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
-from tribopipe.results.measurement_words import measured_quantities
 from tribopipe.results.run import CorrectedRun, RawRun
-from tribopipe.results.wear_curves import WearCurves
+from tribopipe.results.specific_wear import measured_quantities
 from tribopipe.results.wear_fit import FittedValue, WearFit
-from tribopipe.results.wear_prediction import Outcome, WearPrediction
+from tribopipe.results.wear_prediction import Outcome, WearCurves, WearPrediction
 from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark, signal_unit
 
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"

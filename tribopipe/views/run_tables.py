@@ -13,8 +13,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from tribopipe.archive.catalog.columns import COLUMNS, ListedColumn
-from tribopipe.archive.catalog.listed import ListedRun, shown_number, usual_columns
+from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, usual_columns
 from tribopipe.base.errors import NotInstalledError
 from tribopipe.base.units import force_unit, superscript
 from tribopipe.views.csv_files import csv_field, head_of

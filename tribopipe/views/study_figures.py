@@ -21,15 +21,18 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.slip import stated_slip
-from tribopipe.evaluation.study.effective import EffectiveCoefficient
+from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_heading
-from tribopipe.results.agreement import AGREEMENT, LawResult, RunVerdict, StudyResult, Verdict
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.study import AGREEMENT, LawResult, RunVerdict, StudyCurve, StudyResult, Verdict
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, grid, in_columns, label_outer, letter, rows_and_columns
-from tribopipe.views.number_format import (
+from tribopipe.views.plot import (
+    RATIO,
+    VOLUME,
+    Panel,
+    axis_label,
     coefficient_power,
     coefficient_words,
     power_of,
@@ -37,7 +40,6 @@ from tribopipe.views.number_format import (
     scaled_coefficient,
     slid,
 )
-from tribopipe.views.plot import RATIO, VOLUME, Panel, axis_label
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE
 from tribopipe.views.run_plots import friction_panels
 from tribopipe.views.study_plots import LawCoefficient, friction_range, law_curves, study_panels

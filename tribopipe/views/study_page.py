@@ -8,19 +8,10 @@ from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.laws import law_heading, law_title
-from tribopipe.results.agreement import (
-    AGREEMENT,
-    BetweenRuns,
-    BodyVerdict,
-    LawResult,
-    RunVerdict,
-    StudiedBody,
-    StudyResult,
-)
+from tribopipe.results.study import AGREEMENT, BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
 from tribopipe.results.wear_fit import by
 from tribopipe.version import VERSION
-from tribopipe.views.labeled_values import NOTHING, bare, interval, shown
-from tribopipe.views.page import LawPage, StudyPage, TextTable, VerdictLine
+from tribopipe.views.page import NOTHING, LawPage, StudyPage, TextTable, VerdictLine, bare, interval, shown
 
 
 def study_page(archive: Archive, study_id: str) -> StudyPage:

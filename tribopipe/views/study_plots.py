@@ -14,12 +14,11 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.effective import EffectiveCoefficient
+from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient
 from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.laws import law_label, law_title
-from tribopipe.results.agreement import LawResult
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.results.study_curves import CurveQuantity, StudyCurve
+from tribopipe.results.study import CurveQuantity, LawResult, StudyCurve
 from tribopipe.views.plot import COEFFICIENT, MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 
 BY_FRICTION = ("archard", "sarkar")

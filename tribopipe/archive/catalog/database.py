@@ -12,7 +12,7 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from tribopipe.archive.catalog.columns import COLUMNS
+from tribopipe.archive.catalog.listing import COLUMNS
 from tribopipe.archive.catalog.query import holds, matches
 from tribopipe.archive.lock import SILENT, say_waiting
 from tribopipe.version import VERSION

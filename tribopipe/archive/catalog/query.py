@@ -11,7 +11,7 @@ from fnmatch import translate
 from functools import lru_cache
 from typing import NamedTuple
 
-from tribopipe.archive.catalog.columns import ITEM, ListedColumn, column_named
+from tribopipe.archive.catalog.listing import ITEM, ListedColumn, column_named
 from tribopipe.base.errors import QueryError, UnitError
 
 _OPERATOR = r"(?:!=|<=|>=|==|[=<>~≠≤≥])"

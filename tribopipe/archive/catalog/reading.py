@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from tribopipe.archive.catalog.columns import COLUMNS, ITEM, Cell, ListedColumn, of_law, step_words
+from tribopipe.archive.catalog.listing import COLUMNS, ITEM, Cell, ListedColumn, of_law, step_words
 from tribopipe.archive.earlier_manifests import AMENDED
+from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import read_annotations, read_findings, read_manifest, read_marks, read_result
 from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, StepName, steps_among
 from tribopipe.archive.store import Archive
-from tribopipe.archive.unpack import unpacked
 from tribopipe.documents.annotation import Annotation, tags_after
 from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
@@ -20,8 +20,8 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.documents.slip import stated_slip
 from tribopipe.physics.laws import law_label
-from tribopipe.results.agreement import AGREEMENT, StudyResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
+from tribopipe.results.study import AGREEMENT, StudyResult
 from tribopipe.results.wear_fit import WearFit
 
 _STAGES: Mapping[str, str] = {

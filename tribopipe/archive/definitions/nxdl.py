@@ -1,13 +1,23 @@
-"""Definitions as NXDL, the XML that NeXus' own tools read."""
+"""All definitions that archived files follow, by name, and as NXDL, the XML that NeXus' own tools read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from tribopipe.archive.definitions.entries import run_definition, study_definition
 from tribopipe.archive.definitions.parts import Definition, FieldPart, GroupPart, LinkPart, Part, is_partial
-from tribopipe.archive.definitions.registry import definitions
 from tribopipe.base.files import write_file
+from tribopipe.documents.contact_kinds import contacts
+
+
+@cache
+def definitions() -> Mapping[str, Definition]:
+    """Return each definition by its name."""
+    found = (*map(run_definition, (*contacts(), None)), study_definition())
+    return {definition.name: definition for definition in found}
+
 
 _SPACE: Final = "http://definition.nexusformat.org/nxdl/3.1"
 _INSTANCE: Final = "http://www.w3.org/2001/XMLSchema-instance"

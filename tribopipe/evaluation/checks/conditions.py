@@ -13,7 +13,7 @@ from tribopipe.evaluation.checks.channels import Channel, channels, positions
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.evaluation.preprocessing.strokes import Stroke, whole_strokes
-from tribopipe.physics.axis_restarts import continuous
+from tribopipe.physics.axis_faults import continuous
 from tribopipe.physics.identities import ROLES, Identity, Role, ratios
 from tribopipe.results.run import RawRun
 

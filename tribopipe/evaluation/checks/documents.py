@@ -10,7 +10,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
-from tribopipe.evaluation.measurements.measured import PinWay
+from tribopipe.evaluation.measurements.readings import PinWay
 from tribopipe.results.run import AT_A_LEVER, RawRun
 
 

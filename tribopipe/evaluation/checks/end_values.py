@@ -12,11 +12,11 @@ from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.registry import Trouble, check
-from tribopipe.evaluation.measurements.body_wear import BodyWear, contradictions, surest
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import disc_totals
-from tribopipe.evaluation.profile.track import reference_radius, worn_area
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, contradictions, surest
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import RawRun
 

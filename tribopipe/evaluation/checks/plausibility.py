@@ -12,15 +12,13 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.applied_load import contact_load
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
-from tribopipe.evaluation.measurements.interval_wear import CLEARLY
+from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_tip import SCARS
-from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.measurements.specific_wear import CLEARLY, specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_radius
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
 
 _FAR_OFF = 10.0

@@ -7,19 +7,18 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.evaluation.applied_load import recorded_load
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
+from tribopipe.evaluation.load_and_friction import recorded_load
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
-from tribopipe.physics.axis_restarts import segments
-from tribopipe.physics.counter_glitches import mended
+from tribopipe.physics.axis_faults import mended, segments
+from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
 
 _FEWEST = 2

@@ -11,24 +11,31 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
-from tribopipe.evaluation.measurements.measured import (
+from tribopipe.evaluation.measurements.pin_tip import known_density
+from tribopipe.evaluation.measurements.readings import (
     FEWEST_PLACES,
     EndValueUsed,
     certain,
+    combined,
     over_places,
     profiles_at,
     tracks_in,
     volume_of_mass,
 )
-from tribopipe.evaluation.measurements.pin_tip import known_density
-from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, VOLUMES, WIDTHS, SlidingPath, WornPair
-from tribopipe.evaluation.profile.track import Track
+from tribopipe.evaluation.measurements.track_profile import Track
+from tribopipe.evaluation.measurements.worn_pair import (
+    UNKNOWN_SHARE,
+    VOLUMES,
+    WIDTHS,
+    BodyWear,
+    SlidingPath,
+    WornPair,
+    surest,
+)
+from tribopipe.results.input_quantities import Source, stated_or_default
 from tribopipe.results.run import RawRun
 
 

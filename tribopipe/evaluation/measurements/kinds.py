@@ -7,9 +7,9 @@ from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.evaluation.measurements.body_wear import WornBodies
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, twin_disc_wear
+from tribopipe.evaluation.measurements.worn_pair import WornBodies
 from tribopipe.results.run import RawRun
 
 

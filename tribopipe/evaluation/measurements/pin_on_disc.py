@@ -8,16 +8,23 @@ from functools import cached_property
 from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
-from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
-from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
-from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, VOLUMES, WIDTHS, SlidingPath, WornPair
+from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
+from tribopipe.evaluation.measurements.worn_pair import (
+    UNKNOWN_SHARE,
+    VOLUMES,
+    WIDTHS,
+    BodyWear,
+    SlidingPath,
+    WornBodies,
+    WornPair,
+    surest,
+)
+from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
 
 

@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.contact import Shape, Tip
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.measurements.measured import (
+from tribopipe.evaluation.measurements.readings import (
     A_MAP,
     EndValueUsed,
     certain,
@@ -37,6 +36,7 @@ from tribopipe.physics.geometry import (
     worn_volume,
 )
 from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack
+from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import Profile, RawRun
 
 SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")

@@ -8,16 +8,16 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from tribopipe.contacts.inputs import Source, stated_or_default
 from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import DISCS, DiscName, TwinDisc
-from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
-from tribopipe.evaluation.measurements.measured import over_places, profiles_at, tracks_in
+from tribopipe.evaluation.measurements.readings import over_places, profiles_at, tracks_in
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, WornBodies, surest
 from tribopipe.physics.twin_disc import DiscPair
+from tribopipe.results.input_quantities import Source, stated_or_default
 from tribopipe.results.run import RawRun
 
 Measured = Literal["wear_volume", "wear_depth", "track_width"]

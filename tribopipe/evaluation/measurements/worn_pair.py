@@ -1,27 +1,26 @@
-"""Pin and track as one worn pair: a reading on the pin and one on the track give the wear of both.
+"""What each body has lost, by each way of measuring it; pin and track as one worn pair.
 
-Where the track wears, the scar on the pin is no circle: it is wider across the sliding direction than it is long, and
-the groove is as wide. So a scar, a volume of the pin and a depth of the track depend on each other
-(tribopipe.physics.pin_on_track), and two readings are needed. A width counts as one on either body.
+A reading on the pin and one on the track give the wear of both. Of several ways the surest is taken; those that
+contradict each other are found with what they have in common counted once.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Literal
+from itertools import combinations
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tribopipe.contacts.inputs import stated_or_default
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.combined_quantity import combined
-from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
 from tribopipe.physics.geometry import circle_volume, stroke_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
+from tribopipe.results.input_quantities import Source, stated_or_default
 
 WIDTHS = ("disc_track_width", "pin_scar_width")
 UNKNOWN_SHARE = EndValueUsed(
@@ -233,3 +232,81 @@ class _Solver:
         if excess(0.0) >= 0:
             return 0.0
         return most if excess(most) <= 0 else float(brentq(excess, 0.0, most, xtol=1e-15 * most, rtol=1e-13))
+
+
+_TOO_FAR = 3.0
+"""Standard uncertainties."""
+_WEAR: dict[tuple[str, str], Wear] = {
+    ("pin", "depth"): "pin_depth",
+    ("disc", "depth"): "disc_depth",
+    ("disc", "volume"): "disc_volume",
+}
+_ROUNDING = 1e-6
+"""Share of a depth or volume that readings stated as exact may differ by."""
+
+
+@dataclass(frozen=True)
+class BodyWear:
+    """Depth and volume that one body has lost, by one way of measuring; none where it cannot be found so."""
+
+    name: str
+    source: Source
+    depth: Quantity | None = None
+    volume: Quantity | None = None
+    assumed: frozenset[Literal["depth", "volume"]] = frozenset()
+    """What of it follows from the shape of pin and groove, not from what was measured on the body alone."""
+    pair: WornPair | None = None
+    """The readings that it follows from."""
+
+
+class WornBodies(NamedTuple):
+    """Everything that was measured on the bodies at one time, as depth and volume."""
+
+    bodies: Mapping[str, tuple[BodyWear, ...]]
+    """By the role of the body."""
+    notes: tuple[str, ...] = ()
+    """What prevents it of a volume, and what is taken for granted."""
+
+
+def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWear | None:
+    """Return the way that gives a depth or volume with the least relative uncertainty, one that measures it first."""
+
+    def rank(way: BodyWear) -> tuple[bool, float]:
+        found = getattr(way, what)
+        spread = found.standard_uncertainty or 0.0
+        return what in way.assumed, spread / abs(found.value) if found.value else math.inf
+
+    return min((way for way in ways if getattr(way, what) is not None), key=rank, default=None)
+
+
+class Contradiction(NamedTuple):
+    """Two post-test measurements that give different wear of one body."""
+
+    what: Literal["depth", "volume"]
+    one: BodyWear
+    other: BodyWear
+    deviation: float
+    """Difference over its standard uncertainty."""
+
+
+def contradictions(
+    body: Literal["pin", "disc"], ways: Iterable[BodyWear], what: Literal["depth", "volume"]
+) -> Iterator[Contradiction]:
+    """Yield each two ways whose depths, or volumes, differ by more than three standard uncertainties of the difference.
+
+    What both depend on, such as the radius of the tip, counts once.
+    """
+    for one, other in combinations((way for way in ways if getattr(way, what) is not None), 2):
+        gap = _gap(body, one, other, what)
+        spread = gap.standard_uncertainty or 0.0
+        least = _ROUNDING * abs(getattr(one, what).value)
+        if abs(gap.value) > max(_TOO_FAR * spread, least):
+            yield Contradiction(what, one, other, abs(gap.value) / spread if spread else math.inf)
+
+
+def _gap(body: Literal["pin", "disc"], one: BodyWear, other: BodyWear, what: Literal["depth", "volume"]) -> Quantity:
+    if one.pair is not None and other.pair is not None:
+        return difference(one.pair, other.pair, _WEAR[body, what])
+    first, second = getattr(one, what), getattr(other, what)
+    spread = math.hypot(first.standard_uncertainty or 0.0, second.standard_uncertainty or 0.0)
+    return Quantity(value=first.value - second.value, unit=first.unit, standard_uncertainty=spread)

@@ -9,14 +9,11 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.preprocessing import CleaningStepName, CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.preprocessing.axes_joined import join_axes
-from tribopipe.evaluation.preprocessing.masking import mask_samples
-from tribopipe.evaluation.preprocessing.signs import turn_friction, turn_load, turn_over
-from tribopipe.evaluation.preprocessing.spikes import mask_spikes
+from tribopipe.evaluation.preprocessing.axes import join_axes
+from tribopipe.evaluation.preprocessing.forces import turn_friction, turn_load, turn_over, zero_forces
+from tribopipe.evaluation.preprocessing.masking import mask_samples, mask_spikes, mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.strokes import average_strokes
-from tribopipe.evaluation.preprocessing.unloaded import mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.workbench import Bench
-from tribopipe.evaluation.preprocessing.zeroing import zero_forces
 from tribopipe.results.run import RawRun, with_cleaned
 
 _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {

@@ -1,11 +1,46 @@
-"""Samples that a sensor cannot have seen, made missing: impossible values, sentinels, dead load channels, limits."""
+"""Samples made missing: values that no sensor can have seen, limits, lone spikes, friction without a load.
+
+Impossible values, sentinels, dead load channels and limits of a recipe. Spikes are lone samples far off their
+neighbors (F. R. Hampel, Journal of the American Statistical Association 69 (1974) 383). Friction coefficients without
+a load to speak of are a quotient of two noises, without information on friction.
+"""
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.preprocessing import Mask, SignalLimits
+from tribopipe.documents.preprocessing import Despike, Mask, SignalLimits, UnloadedFriction
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
+
+_TO_DEVIATION = 1.4826
+
+
+def mask_spikes(bench: Bench, step: Despike) -> None:
+    """Mask the spikes of measured signals."""
+    for name in step.signals:
+        values = bench.measured(name)
+        if values is not None:
+            what = f"more than {step.threshold:g} standard deviations from the median of {step.window} samples"
+            bench.mask(name, spikes(values, step.window, step.threshold), what, "a spike")
+
+
+def spikes(values: Column, window: int, threshold: float) -> Selection:
+    """Find the spikes of a signal; missing samples are passed over."""
+    from scipy.ndimage import median_filter
+
+    seen = np.isfinite(values)
+    known = values[seen]
+    found = np.zeros(len(values), dtype=bool)
+    if len(known) <= window:
+        return found
+    off = np.abs(known - median_filter(known, size=window, mode="reflect"))
+    local = _TO_DEVIATION * median_filter(off, size=window, mode="reflect")
+    steps = np.abs(np.diff(known))
+    finest = float(np.min(steps[steps > 0], initial=np.inf))
+    least = max(_TO_DEVIATION * float(np.median(off)), finest if np.isfinite(finest) else 0.0)
+    found[seen] = off > threshold * np.maximum(local, least)
+    return found
+
 
 MOST_FRICTION = 10.0
 """No pair of bodies that slide has a friction coefficient beyond."""
@@ -76,3 +111,22 @@ def _leave_out_dead_load(bench: Bench) -> None:
         what = f"{within}, and the friction force divided by it beyond ±{MOST_FRICTION:g}"
         why = "a dead channel that was not zeroed, or a wrong unit; the nominal load is used"
         bench.leave_out("normal_force", what, why)
+
+
+def mask_unloaded_friction(bench: Bench, step: UnloadedFriction) -> None:
+    """Mask μ where the measured load is below a share of the nominal one, and where it is out of all reason.
+
+    A load that never reaches half the nominal one is no measure of whether anything pressed: one of both is wrong.
+    """
+    mu, load, nominal = (
+        bench.columns.get("friction_coefficient"),
+        bench.measured("normal_force"),
+        bench.manifest.conditions.normal_load,
+    )
+    if mu is None:
+        return
+    if load is not None and step.share and np.nanmax(load) >= nominal.value / 2:
+        what = f"load below {step.share:.3g} of the nominal {nominal.shown()}"
+        bench.mask("friction_coefficient", load < step.share * nominal.value, what, "no load")
+        mu = bench.columns.get("friction_coefficient", mu)
+    bench.mask("friction_coefficient", np.abs(mu) > MOST_FRICTION, "beyond ±10", "physically impossible")

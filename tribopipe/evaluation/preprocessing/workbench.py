@@ -9,8 +9,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import Change, CleaningStepName
 from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.axes import Columns, Origins
-from tribopipe.evaluation.derived_columns import derive_missing
+from tribopipe.evaluation.derived_columns import Columns, Origins, derive_missing
 from tribopipe.results.run import RawRun
 
 Selection = NDArray[np.bool_]

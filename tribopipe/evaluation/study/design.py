@@ -16,7 +16,7 @@ from tribopipe.evaluation.study.measured_runs import MeasuredRun
 from tribopipe.evaluation.study.member import PosedRun
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.results.test_design import Design, Lever
+from tribopipe.results.study import Design, Lever
 from tribopipe.results.wear_fit import Contribution
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)

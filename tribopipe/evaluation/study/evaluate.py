@@ -17,17 +17,25 @@ from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.documents.study import Study
-from tribopipe.evaluation.study.combine import Combination, combine
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen
-from tribopipe.evaluation.study.recorded_runs import judge_recorded, one_engine
-from tribopipe.evaluation.study.shape import Shape, compare_laws
+from tribopipe.evaluation.study.random_effects import Combination, combine
+from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws, judge_recorded, one_engine
 from tribopipe.evaluation.study.verdict import Question, sentence, single_run_note, worst_outcome
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
-from tribopipe.results.agreement import LawComparison, LawResult, LeftOut, Role, RunVerdict, StudiedBody, StudyResult
-from tribopipe.results.study_curves import Evaluation, StudyCurve
+from tribopipe.results.study import (
+    Evaluation,
+    LawComparison,
+    LawResult,
+    LeftOut,
+    Role,
+    RunVerdict,
+    StudiedBody,
+    StudyCurve,
+    StudyResult,
+)
 
 
 def evaluate(

@@ -17,9 +17,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement
-from tribopipe.evaluation.study.life import end_of_life
-from tribopipe.evaluation.study.longer_tests import at_rotations
-from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.member import Member, at_rotations
 from tribopipe.evaluation.study.verdict import (
     DECISIVE,
     MEASURED_IN,
@@ -29,13 +27,13 @@ from tribopipe.evaluation.study.verdict import (
     Question,
     body_verdict,
     decide,
+    end_of_life,
 )
 from tribopipe.evaluation.wear.inputs import DISC_INPUTS
 from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
 from tribopipe.physics.uncertainty import TAILS
-from tribopipe.results.agreement import BodyVerdict, EndOfLife
-from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
 _PLACES = 30

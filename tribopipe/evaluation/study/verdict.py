@@ -1,12 +1,12 @@
-"""Agreement of a run with a law: measured against predicted wear, at the end and along the curve.
+"""Agreement of a run with a law: measured against predicted wear, along the curve too, and the end of life.
 
-    δ = measured − predicted,     E_n = δ / (half width of δ's 95 % interval on the side towards zero)
+δ = measured − predicted, E_n = δ / (half width of δ's 95 % interval on the side towards zero)
 
-which is the E_n number of ISO 13528 with the expanded uncertainty taken from draws, so that what both share (the
-tip radius) cancels and skewness counts. Along the curve the largest such number is held against what 95 % of drawn
-curves keep to anywhere: a simultaneous band. The law is rejected only beyond the 99 % limits, half of that allowed to
-the end and half to the curve, so that a valid law is rejected in about one of a hundred runs; between the 95 %
-and the 99 % limits the comparison is inconclusive, as it is where neither would reveal a k_D wrong by a factor of two.
+which is the E_n number of ISO 13528 with the expanded uncertainty taken from draws, so that what both share (the tip
+radius) cancels and skewness counts. Along the curve the largest such number is held against what 95 % of drawn curves
+keep to anywhere: a simultaneous band. The law is rejected only beyond the 99 % limits, half of that allowed to the end
+and half to the curve, so that a valid law is rejected in about one of a hundred runs; between the 95 % and the 99 %
+limits the comparison is inconclusive, as it is where neither would reveal a k_D wrong by a factor of two.
 """
 
 import math
@@ -26,9 +26,8 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
 from tribopipe.physics.uncertainty import TAILS
-from tribopipe.results.agreement import BodyVerdict, EndOfLife, Role, RunVerdict, Verdict, WornQuantity
 from tribopipe.results.finding import Finding
-from tribopipe.results.study_curves import StudyCurve
+from tribopipe.results.study import BodyVerdict, EndOfLife, Role, RunVerdict, StudyCurve, Verdict, WornQuantity
 
 DECISIVE = 0.005
 """Probability, at the end and along the curve each, of rejecting a valid law."""
@@ -271,4 +270,28 @@ def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
     return (
         f"k_D is identified from one run, {fit[0]}: the bands include its own uncertainty, not the scatter between "
         "runs; replicate tests are needed to quantify this",
+    )
+
+
+_ITERATIONS = 40
+
+
+def end_of_life(depth: float, wanted: Column, effective: Callable[[Column], Column], unit: str) -> EndOfLife | None:
+    """Return where a run reaches a depth, m, for draws of k_D; none where k_D is rather zero.
+
+    ``wanted`` is the progress at which Archard's law would, not finite where it never would; ``effective`` gives the
+    progress S(s) after which that law would have worn as much. S(s) = S* is solved by s ← s·S*/S(s): S(s)/s changes
+    slowly.
+    """
+    reached = np.where(np.isfinite(wanted), wanted, np.nan)
+    for _ in range(_ITERATIONS):
+        reached = reached * wanted / effective(reached)
+    ever = np.where(np.isfinite(reached), reached, np.inf)
+    low, middle, high = np.quantile(ever, [TAILS[0], 0.5, TAILS[1]], method="inverted_cdf").tolist()
+    if not np.isfinite(middle):
+        return None
+    return EndOfLife(
+        wear_depth=Quantity(value=depth, unit="m"),
+        place=Quantity(value=middle, unit=unit),
+        interval=(Quantity(value=low, unit=unit), Quantity(value=high, unit=unit) if np.isfinite(high) else None),
     )

@@ -20,20 +20,19 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import KINDS, show
-from tribopipe.contacts.inputs import Input
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.depth_model_summary import depth_model
-from tribopipe.evaluation.wear.budget import NOISE, budget, input_covariance
+from tribopipe.evaluation.depth_reading import depth_model
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
-from tribopipe.evaluation.wear.draws import coefficient_draws
 from tribopipe.evaluation.wear.findings import prior_findings, wear_findings
 from tribopipe.evaluation.wear.law_parameters import held_notes, with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.uncertainty import NOISE, budget, coefficient_draws, input_covariance
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.finding import Finding
+from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import CorrectedRun
 from tribopipe.results.wear_fit import BodyWear, LawValue, WearFit
 

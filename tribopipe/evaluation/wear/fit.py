@@ -15,25 +15,24 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.contacts.inputs import Inputs
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.curve_fit import curve_fit
-from tribopipe.evaluation.wear.curves import fitted_curves
 from tribopipe.evaluation.wear.inputs import default_notes
-from tribopipe.evaluation.wear.measurement_fit import correlation, measurement_fit
-from tribopipe.evaluation.wear.volume_fit import VolumeFit, volume_fit
+from tribopipe.evaluation.wear.measurement_fit import VolumeFit, correlation, measurement_fit, volume_fit
+from tribopipe.evaluation.wear.prediction import fitted_curves
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import Distribution, first_order_holds, propagate_together
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.finding import reworded
+from tribopipe.results.input_quantities import Inputs
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit
-from tribopipe.results.wording import reworded
 
 
 class Answer(Protocol):

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import Input
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import remountings
@@ -29,6 +28,7 @@ from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.problem import NODES, WearProblem
+from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import CorrectedRun
 
 _LEAST_SPREAD = 1e-12

@@ -14,7 +14,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.evaluation.wear.given_parameters import indistinct
+from tribopipe.evaluation.wear.inputs import indistinct
 from tribopipe.evaluation.wear.problem import Tangent, WearProblem
 from tribopipe.physics.laws import WearLaw
 

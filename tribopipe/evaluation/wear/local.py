@@ -1,7 +1,7 @@
 """Local wear of a pin or of two discs from a known k_D, at every point of the contact, with the GIWM.
 
-The amount of wear that local wear counts in (tribopipe.physics.local.surface) is k_D·S(s) for a pin, with the law's
-effective distance S, m³/N, and for discs, m²/N,
+The amount of wear that local wear counts in (tribopipe.physics.local.contact_solvers) is k_D·S(s) for a pin, with the
+law's effective distance S, m³/N, and for discs, m²/N,
 
     (k₁ + k₂·r₁/r₂)·N_s,    N_s = N·|slip|
 
@@ -26,16 +26,14 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.wear.curves import wear_scenario
-from tribopipe.evaluation.wear.known import KnownWear, known_wear
-from tribopipe.evaluation.wear.scenario import Scenario
+from tribopipe.evaluation.wear.prediction import wear_scenario
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
 from tribopipe.physics.conventions import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.physics.local.contact_solvers import Surface
 from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear
 from tribopipe.physics.local.economy import Elastic, wear_economically
-from tribopipe.physics.local.surface import Surface
-from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
-from tribopipe.results.local_wear_curves import GlobalWear, LocalCurves
+from tribopipe.results.local_wear import GlobalWear, LocalCurves, LocalDiscPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.wear_fit import WearFit
 
 ARCHARDS: DistanceConvention = "volume-conserving"

@@ -1,21 +1,22 @@
-"""The wear of one run as a question to its post-test measurements: which k_D make each body wear as was measured on it.
+"""The wear of one run as a question to its post-test measurements: k_D that wears each body as measured.
 
-Rows are what was measured on the bodies, such as volumes, depths and track widths, at the end and where the test was
-interrupted, each over its standard uncertainty. k_D of each body is found by Gauss and Newton's method on the
-logarithms, for any values of the other inputs, or for thousands of draws of them at once. Where nothing was measured on
-the second body it counts as unworn, and k_D of the first alone is found: the paper's one-sided model of two discs.
+Of thousands of draws, where the course of wear is explicit in some growth of the contact: a search for k_D that asks
+for the wear after some progress inverts the course in each round, some thirty integrals for a draw of two discs. In
+`ExplicitDraws` the growth at each place is found along with k_D by Newton's method, so that a round takes one
+integral, and most draws start next to their solution: a quadratic in the inputs through the first of them gives it.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Values
-from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import Input, best_values
+from tribopipe.base.errors import ContactError, FitError
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, State
 from tribopipe.documents.contact import Contact
@@ -23,16 +24,120 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
-from tribopipe.evaluation.wear.explicit_draws import ExplicitDraws
-from tribopipe.evaluation.wear.given_parameters import law_as_given
-from tribopipe.evaluation.wear.inputs import contact_inputs, draw_values, friction_along, law_friction, law_inputs
-from tribopipe.evaluation.wear.least_squares import least_squares
+from tribopipe.evaluation.wear.inputs import (
+    contact_inputs,
+    draw_values,
+    friction_along,
+    law_as_given,
+    law_friction,
+    law_inputs,
+)
 from tribopipe.evaluation.wear.scenario import effective_progress
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.uncertainty import Inputs, extended
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.input_quantities import Input, best_values
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_fit import NO_FRICTION
+
+
+def least_squares(design: Column, rows: Column) -> Column:
+    """Return the least-squares solution of each draw: (draws, rows, unknowns) and (draws, rows)."""
+    scale = np.sqrt(np.sum(design**2, axis=-2))
+    scaled = design / np.where(scale > 0, scale, 1.0)[..., None, :]
+    normal = np.einsum("...ri,...rj->...ij", scaled, scaled)
+    # A body that shows no wear at all has no slope; its unknown then stays.
+    normal = normal + 1e-12 * np.eye(normal.shape[-1])
+    pull = np.einsum("...ri,...r->...i", scaled, rows)
+    return np.linalg.solve(normal, pull[..., None])[..., 0] / np.where(scale > 0, scale, 1.0)
+
+
+_FIRST = 500
+"""Draws that the others' start is interpolated from."""
+_EXPLICIT_SLICE = 2_000
+"""Draws solved at a time, so that their arrays stay in the processor's cache."""
+_MOST_ROUNDS = 12
+_MISSED = 1e-5
+"""Relative difference of progress to which a state is corrected by its slope; what is left is about its square."""
+
+
+@dataclass(frozen=True)
+class ExplicitDraws:
+    """Draws of what was measured on the bodies, and of the inputs that their wear depends on."""
+
+    wearing: ExplicitWear
+    rows: Sequence[Row]
+    root_weights: Column
+    """Inverse standard uncertainty of each row."""
+    unknowns: int
+    """Number of k_D that are found; those of further bodies are 0."""
+    values: dict[str, Column]
+    """Columns of shape (draws, 1)."""
+    measured: Column
+    """(draws, rows)."""
+    progress: Column
+    """Effective progress at each place, (draws, places)."""
+
+    def solved(self, start: Column, tolerance: float) -> Column:
+        """Return the logarithms of k_D of each draw, (draws, bodies), NaN where one does not settle.
+
+        ``start`` has the logarithms of k_D of each body and of the growth at each place, (bodies + places,).
+        """
+        starts = np.broadcast_to(start, (len(self.measured), len(start)))
+        found = np.full(starts.shape, np.nan)
+        for first, last in pairwise([0, *range(_FIRST, len(found), _EXPLICIT_SLICE), len(found)]):
+            part = np.arange(first, last)
+            found[part] = self._of(part).settled(starts[part], tolerance)
+            if first == 0 and last < len(found):
+                starts = self._foreseen(found, starts)
+        return found[:, : len(start) - self.progress.shape[1]]
+
+    def _of(self, draws: NDArray[np.intp]) -> "ExplicitDraws":
+        values = {name: column[draws] for name, column in self.values.items()}
+        return replace(self, values=values, measured=self.measured[draws], progress=self.progress[draws])
+
+    def _foreseen(self, found: Column, starts: Column) -> Column:
+        """Return starts of all draws by a quadratic through those that are found, where there are enough of these."""
+        inputs = Inputs.of(np.concatenate(list(self.values.values()), axis=1))
+        (known,) = np.nonzero(np.all(np.isfinite(found), axis=1))
+        return extended(inputs, known, found[known]) if len(known) > 2 * inputs.terms.shape[1] else starts
+
+    def settled(self, starts: Column, tolerance: float) -> Column:
+        """Return logarithms of k_D and of growth from a start, NaN where a draw does not settle."""
+        try:
+            with np.errstate(all="ignore"):
+                return self._newton(starts, tolerance)
+        except (ContactError, np.linalg.LinAlgError):  # one of them is no contact, which the others are not to suffer
+            return np.full(starts.shape, np.nan)
+
+    def _newton(self, starts: Column, tolerance: float) -> Column:
+        course, bodies = self.wearing.course(self.values), starts.shape[1] - self.progress.shape[1]
+        log_k, log_growth = starts[:, :bodies].copy(), starts[:, bodies:]
+        places = [row.place for row in self.rows]
+        settled = np.zeros(len(starts), dtype=bool)
+        for _ in range(_MOST_ROUNDS):
+            coefficients = self._coefficients(log_k)
+            reached = course.at(np.exp(log_growth), *(coefficients[:, [body]] for body in range(bodies)))
+            missed = np.log(self.progress / reached.progress)
+            slopes = self.wearing.slopes(self.values, reached.state, reached.progress, self.rows)
+            # All k_D together count as progress does.
+            model = self.wearing.measured(reached.state, self.rows) + np.sum(slopes, axis=-1) * missed[:, places]
+            design = slopes[..., : self.unknowns] * self.root_weights[:, None]
+            step = np.clip(least_squares(design, (self.measured - model) * self.root_weights), -1.0, 1.0)
+            log_k[:, : self.unknowns] += step
+            more = np.log(np.sum(self._coefficients(log_k), axis=1) / np.sum(coefficients, axis=1))
+            log_growth = log_growth + np.clip(reached.slope * (missed + more[:, None]), -1.0, 1.0)
+            settled = (np.max(np.abs(step), axis=1) < tolerance) & (np.max(np.abs(missed), axis=1) < _MISSED)
+            if np.all(settled):
+                break
+        return np.where(settled[:, None], np.concatenate([log_k, log_growth], axis=1), np.nan)
+
+    def _coefficients(self, log_k: Column) -> Column:
+        coefficients = np.exp(log_k)
+        coefficients[:, self.unknowns :] = 0.0
+        return coefficients
+
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12

@@ -18,23 +18,22 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import Input, best_values
 from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings, wears_beside
 from tribopipe.evaluation.drift import SensorTrace, read_trace
-from tribopipe.evaluation.measurements.body_wear import surest
-from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.wear.given_parameters import indistinct
+from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
     contact_inputs,
     distance_scale,
     friction_along,
+    indistinct,
     instrument_inputs,
     law_friction,
     law_inputs,
@@ -46,6 +45,7 @@ from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.input_quantities import Input, best_values
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import NO_FRICTION
 

@@ -1,30 +1,288 @@
-"""What a subroutine is written for: a contact, how fast it slides or slips, and the law by which it wears.
+"""What a subroutine is written for: a contact, how its bodies move, the wear law, and k_D with its source.
 
 The surface is moved explicitly, increment by increment. A wave of wear whose length is two elements, 2h, changes the
-pressure by πE_c/(2h) times its height on a half space. With the rate dw/dt = k_D·f·v·p of a pin, an increment leaves
-1 − k_D·f·v·(πE_c/2h)·Δt of it, which grows in turns of sign beyond
+pressure by πE_c/(2h) times its height on a half space. With the rate dw/dt = k_D·f·v·p of a pin, an increment leaves 1
+− k_D·f·v·(πE_c/2h)·Δt of it, which grows in turns of sign beyond
 
-    Δt = (4/π)·h / (k_D·f·v·E_c).
+Δt = (4/π)·h / (k_D·f·v·E_c).
 
-Of discs all points of a streamline wear alike, at k_D·f·n·∫p dl with n slip rotations per time (Eq. 9), so that n times
-the length of the contact, 2a_z, takes the place of v, and h is the width of an element across the direction of rolling.
-1.2 in the place of 4/π leaves a margin.
+Of discs all points of a streamline wear alike, at k_D·f·n·∫p dl with n slip rotations per time (Eq. 9), so that n
+times the length of the contact, 2a_z, takes the place of v, and h is the width of an element across the direction of
+rolling. 1.2 in the place of 4/π leaves a margin.
+
+`Example` has nodes under the pressure of the unworn contact, as an example of what drives a subroutine.
 """
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
-from tribopipe.base.errors import ContactError
+import numpy as np
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import WEAR_COEFFICIENT, show
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact_kinds import family_of, spoken
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.extras.abaqus.example import UnwornContact
-from tribopipe.extras.abaqus.known_wear import KnownWear
-from tribopipe.extras.abaqus.motions import Sliding, motion_of
+from tribopipe.documents.twin_disc import TwinDisc
+from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear
+from tribopipe.evaluation.wear.scenario import known_wear
+from tribopipe.extras.abaqus.fortran import in_mm
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
-from tribopipe.physics.hertz import contact_modulus
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.hertz import contact_modulus, hertz_ellipse
+from tribopipe.results.wear_fit import WearFit
+
+_STEPS = 10
+_REACH = 1.2
+"""How far nodes reach, over the contact's radius."""
+
+
+@dataclass(frozen=True)
+class UnwornContact:
+    """The contact that wear starts from: Hertz's, or that of a flat end under uniform pressure."""
+
+    half_width: float
+    """m; across the direction of rolling."""
+    half_length: float
+    """m; along it."""
+    peak_pressure: float
+    """Pa."""
+    even: bool = False
+
+    def pressure(self, across: Column, along: Column) -> Column:
+        """Return the pressure at places from the middle, m, in Pa."""
+        inside = 1 - (across / self.half_width) ** 2 - (along / self.half_length) ** 2
+        profile = np.sign(np.maximum(inside, 0.0)) if self.even else np.sqrt(np.maximum(inside, 0.0))
+        return np.asarray(self.peak_pressure * profile)
+
+
+@dataclass(frozen=True)
+class Example:
+    """Nodes 1, 2, … of a contact surface; the first is in the middle, or on the streamline through it."""
+
+    pressure: Column
+    """Pa."""
+    streamline: NDArray[np.int64]
+    """Of each node: 1, 2, …; each a streamline of its own under a pin."""
+    length: Column
+    """Of the streamline that each node stands for, m."""
+
+
+def _across(start: UnwornContact) -> Column:
+    return np.linspace(0.0, _REACH, 2 * _STEPS + 1) * start.half_width
+
+
+def along_a_radius(start: UnwornContact) -> Example:
+    """Return nodes along a radius of a round contact."""
+    radius = _across(start)
+    numbers = np.arange(1, radius.size + 1)
+    return Example(start.pressure(radius, np.zeros_like(radius)), numbers, np.zeros_like(radius))
+
+
+def on_streamlines(start: UnwornContact) -> Example:
+    """Return nodes on streamlines across half of the contact of two discs."""
+    across = _across(start)[::4]
+    along = np.linspace(-_REACH, _REACH, 2 * _STEPS + 1) * start.half_length
+    x, z = np.meshgrid(across, along, indexing="ij")
+    numbers = np.repeat(np.arange(1, across.size + 1), along.size)
+    return Example(start.pressure(x, z).ravel(), numbers, np.full(x.size, along[1] - along[0]))
+
+
+README = "README.txt"
+
+
+@dataclass(frozen=True)
+class Sliding:
+    """A body that is in contact all the way."""
+
+    start: UnwornContact
+    speed: float
+    """Of sliding, or of slip, m/s."""
+    travel: float
+    """Distance that the surface goes in one unit of the contact's progress, m."""
+
+    template: ClassVar[str] = "pin_on_disc.f"
+    further_templates: ClassVar[tuple[str, ...]] = ()
+    speed_template: ClassVar[str | None] = None
+    """Of the speed, where the law needs it and the template does not have it."""
+    drives: ClassVar[int] = 2
+    """Number of dimensions of the harness."""
+    on_lines: ClassVar[bool] = False
+    """Whether nodes wear by streamlines."""
+    rate: ClassVar[str] = "k_D p v"
+    factors: ClassVar[tuple[str, ...]] = ("V",)
+    """Factors next to k_D·E_c in the longest increment."""
+    use: ClassVar[str] = ""
+    """What the model has to be like in addition."""
+    arguments: ClassVar[str] = ""
+    """Of the job."""
+    data: ClassVar[str] = ""
+    """What the job's own file has in it."""
+
+    @property
+    def turns(self) -> float:
+        """Slip rotations per time, 1/s; none of a body that slides all the way."""
+        return 0.0
+
+    @property
+    def words(self) -> str:
+        """Additional notes on the law."""
+        return ""
+
+    @property
+    def reach(self) -> float:
+        """What takes the place of the sliding speed in the longest stable increment, m/s."""
+        return self.speed
+
+    @property
+    def numbers(self) -> list[str]:
+        """The factors with their numbers."""
+        return [f"V = {in_mm(self.speed, 'm/s'):.6g} mm/s"]
+
+    @cached_property
+    def example(self) -> Example:
+        """Nodes under the unworn contact."""
+        return along_a_radius(self.start)
+
+    @property
+    def dose(self) -> float:
+        """What the first node of the example wears per time over k_D: p·v, or n·∫p dl, Pa m/s."""
+        return float(self.example.pressure[0]) * self.speed
+
+
+@dataclass(frozen=True)
+class Rolling(Sliding):
+    """Two bodies that roll on each other and slip."""
+
+    template: ClassVar[str] = "twin_disc.f"
+    further_templates: ClassVar[tuple[str, ...]] = ("streamlines.f",)
+    speed_template: ClassVar[str | None] = "slip_speed.f"
+    drives: ClassVar[int] = 3
+    on_lines: ClassVar[bool] = True
+    rate: ClassVar[str] = "k_D n (integral of p along its streamline)"
+    factors: ClassVar[tuple[str, ...]] = ("CLEN", "TURNS")
+    use: ClassVar[str] = (
+        "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
+        f"folder of the job; {README} describes it. Its node numbers are those of an input file without "
+        "parts and assemblies."
+    )
+    arguments: ClassVar[str] = " cpus=1"
+    data: ClassVar[str] = (
+        "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
+        "dl in mm that the node stands for along the direction of rolling: half the distance between its "
+        "neighbors, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
+        "of the harness is an example."
+    )
+
+    @property
+    def turns(self) -> float:
+        """Slip rotations per time, n = |V₁ − V₂|/(2πr) of Eq. 9, 1/s."""
+        return self.speed / self.travel
+
+    @property
+    def reach(self) -> float:
+        """N times the length of the contact, m/s."""
+        return self.turns * 2 * self.start.half_length
+
+    @property
+    def words(self) -> str:
+        """Eq. 9, and what its k_D counts."""
+        return (
+            f"Eq. 9: n = |V1 - V2|/(2 pi r) = {self.turns:.6g} slip rotations per second, with the slip speed "
+            f"{in_mm(self.speed, 'm/s'):.6g} mm/s and the radius r = {in_mm(self.travel / (2 * math.pi), 'm'):.6g} mm "
+            "of the crowned disc, which wears; k_D counts what a point slides while it is in contact. Pressures are "
+            "those of the increment itself: the utility routines are called for all nodes of all streamlines at the "
+            "first call in an increment."
+        )
+
+    @property
+    def numbers(self) -> list[str]:
+        """The factors with their numbers."""
+        length = in_mm(2 * self.start.half_length, "m")
+        return [f"CLEN = {length:.4g} mm (of the unworn contact)", f"TURNS = {self.turns:.4g} 1/s"]
+
+    @cached_property
+    def example(self) -> Example:
+        """Nodes under the unworn contact."""
+        return on_streamlines(self.start)
+
+    @property
+    def dose(self) -> float:
+        """What the first node of the example wears per time over k_D: n·∫p dl, Pa m/s."""
+        first = self.example.streamline == 1
+        return float(self.example.pressure[first] @ self.example.length[first]) * self.turns
+
+
+def motion_of(contact: Contact, start: UnwornContact, speed: float) -> Sliding:
+    """Return how the bodies of a contact move at a speed of sliding, or of slip, m/s."""
+    return family_of(contact, _FAMILIES)(start, speed, contact.travel)
+
+
+_FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: Rolling}
+
+
+_MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
+_OTHER_WEARS = "in the test the {} wore too, which this leaves out: it wears the {} alone."
+_PRESSURES = {
+    "giwm": "uniform pressure (the Global Incremental Wear Model)",
+    "volume": "the wear volume of the pin",
+    "local": "local pressure",
+}
+
+
+@dataclass(frozen=True)
+class KnownWear:
+    """k_D of a run's pin or crowned disc."""
+
+    run_id: str
+    coefficient: Quantity
+    """m²/N; of discs as Eq. 9 has it, which counts what a point slides while it is in contact."""
+    origin: str
+    """Where it came from, in one sentence."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+
+
+def given_wear(run_id: str, coefficient: Quantity) -> KnownWear:
+    """Return a k_D that somebody states."""
+    return KnownWear(run_id, coefficient, "It was given with --wear-coefficient.")
+
+
+def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
+    """Return the k_D of a fit. Raises ``FitError`` where it found none, or none that Eq. 9 can be given."""
+    origin = f"It was identified from run {run_id} under {fit.model.title()}'s law"
+    notes: tuple[str, ...] = (_MEASURED,) if fit.friction == "measured" else ()
+    if fit.first is None:
+        lacks = " and ".join(fit.lacks)
+        raise FitError(f"{run_id}: found no k_D (missing: {lacks}); give one with --wear-coefficient")
+    first, *others = fit.bodies
+    worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
+    notes += tuple(_OTHER_WEARS.format(spoken(name), spoken(first)) for name in worn)
+    if fit.distance_per_rotation is None:
+        return KnownWear(run_id, fit.first.wear_coefficient, f"{origin} with {_PRESSURES[fit.engine]}.", notes)
+    coefficient, how = _of_eq_9(run_id, fit)
+    return KnownWear(run_id, coefficient, f"{origin} {how}", notes)
+
+
+def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
+    """Return k_D of the crowned disc for Eq. 9, with distance counted as in Archard's law, and how it was obtained."""
+    own, same = known_wear(fit), archards_wear(fit)
+    if own is None or same is None:
+        raise FitError(
+            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as Eq. 9 "
+            f'has it; fit again with a recipe that sets distance_per_rotation = "{ARCHARDS}" under [wear]'
+        )
+    if own.distance == ARCHARDS:
+        return same.first, f"with {ARCHARDS}, as Eq. 9 has it."
+    return same.first, (
+        f"with {own.distance}, as {own.first.value * 1e6:.4g} mm^3/(N mm), and turned into {ARCHARDS}, as Eq. 9 "
+        f"has it: with either the {spoken(next(iter(fit.bodies)))} loses the same volume in the run."
+    )
+
 
 _STABLE_SHARE = 1.2
 _ELEMENTS_A_RADIUS = 10

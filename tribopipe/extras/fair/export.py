@@ -12,11 +12,10 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile
 from tribopipe.archive.store import SUFFIX, Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean
 from tribopipe.base.files import replacing
-from tribopipe.base.interrupts import undone_by
+from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.dataset import NOTHING_SAID, Dataset
-from tribopipe.extras.fair.graph import Graph
-from tribopipe.extras.fair.layout import ARCHIVE, METADATA, PREVIEW
-from tribopipe.extras.fair.pages import preview
+from tribopipe.extras.fair.files import preview
+from tribopipe.extras.fair.graph import ARCHIVE, METADATA, PREVIEW, Graph
 from tribopipe.extras.fair.root import describe_root
 from tribopipe.extras.fair.runs import Crating, Described
 

@@ -1,4 +1,4 @@
-"""The graph of a crate that is being written, and the files that it describes."""
+"""The graph of a crate that is being written, and where the files that it describes lie."""
 
 import hashlib
 import re
@@ -9,7 +9,13 @@ from urllib.parse import quote
 
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import sha256_of
-from tribopipe.extras.fair.layout import METADATA
+
+METADATA = "ro-crate-metadata.json"
+PREVIEW = "ro-crate-preview.html"
+ARCHIVE = "archive"
+"""A folder that is an archive of its own."""
+DATASET = "about/dataset.toml"
+
 
 RO_CRATE = "1.1"
 """Version of RO-Crate: the one on which notebooks, repositories and validators agree."""

@@ -1,23 +1,133 @@
-"""What a crate is as a whole: the root of its graph, and the files that are about it."""
+"""What a crate is as a whole: the root of its graph, and the files that are about it.
+
+The codebook has every column of its tables and every number of its results in one table. DataCite's fields are JSON
+that repositories take with the files (schema.datacite.org, 4).
+"""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import orjson
 
-from tribopipe.documents.dataset import Dataset
-from tribopipe.extras.fair import people
-from tribopipe.extras.fair.codebook import codebook
-from tribopipe.extras.fair.datacite import datacite
-from tribopipe.extras.fair.graph import Graph, Ref, local
-from tribopipe.extras.fair.layout import DATASET
-from tribopipe.extras.fair.parts import CSV, JSON
+from tribopipe.documents.dataset import Dataset, Funding, Organisation, Person
+from tribopipe.extras.fair import provenance
+from tribopipe.extras.fair.files import CSV, JSON
+from tribopipe.extras.fair.graph import DATASET, Graph, Ref, local
 from tribopipe.extras.fair.provenance import PROFILE, software
 from tribopipe.extras.fair.runs import Described
+from tribopipe.extras.fair.vocabulary import UNITS
 from tribopipe.results.json_schema import schema_text
 from tribopipe.version import VERSION
+from tribopipe.views.csv_files import csv_lines
+
+_HEAD = ("name", "unit", "UCUM", "QUDT", "meaning", "TriboDataFAIR")
+_STANDARD_UNCERTAINTY = re.compile(r"\.standard_uncertainty$")
+
+
+def codebook(described: Iterable[Mapping[str, Any]]) -> Iterator[bytes]:
+    """Return as CSV what the quantities of a crate mean; each name stands there once."""
+    rows: dict[tuple[str, str], list[str]] = {}
+    for one in described:
+        name, unit = str(one["propertyID"]), str(one.get("unitText", ""))
+        if not _STANDARD_UNCERTAINTY.search(name):
+            rows.setdefault((name, unit), [name, unit, *_beside(one, unit)])
+    yield csv_lines([_HEAD, *(rows[key] for key in sorted(rows))])
+
+
+def _beside(one: Mapping[str, Any], unit: str) -> Iterator[str]:
+    known = UNITS.get(unit)
+    yield (known and known.ucum) or ""
+    yield str(one.get("unitCode", ""))
+    yield " ".join(str(one.get("description", "")).split())
+    yield str(one.get("identifier", ""))
+
+
+_UNKNOWN = ":unav"
+"""DataCite's own word for what is not known."""
+
+
+def datacite(
+    dataset: Dataset, *, title: str, description: str, keywords: Sequence[str], published: str
+) -> dict[str, Any]:
+    """Return the fields of DataCite; required fields that are not stated is ":unav"."""
+    said = {
+        "schemaVersion": "http://datacite.org/schema/kernel-4",
+        "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Tribometer runs"},
+        "doi": dataset.doi,
+        "titles": [{"title": title}],
+        "creators": [_creator(person) for person in dataset.creators] or [{"name": _UNKNOWN}],
+        "publisher": _organisation(dataset.publisher) if dataset.publisher else {"name": _UNKNOWN},
+        "publicationYear": published[:4],
+        "dates": [{"date": published, "dateType": "Issued"}],
+        "language": dataset.language,
+        "version": dataset.version,
+        "descriptions": [
+            {"description": description, "descriptionType": "Abstract"},
+            {"description": f"Evaluated and packed by tribopipe {VERSION}.", "descriptionType": "TechnicalInfo"},
+        ],
+        "subjects": [{"subject": keyword} for keyword in keywords],
+        "rightsList": [_rights(dataset.licence)] if dataset.licence else [],
+        "fundingReferences": [_funding(one) for one in dataset.funding],
+        "relatedIdentifiers": [
+            {"relatedIdentifier": one.doi, "relatedIdentifierType": "DOI", "relationType": "IsSupplementTo"}
+            for one in dataset.publications
+        ],
+        "formats": ["application/x-hdf5", "text/csv", "application/json"],
+    }
+    return {name: value for name, value in said.items() if value not in (None, [])}
+
+
+def _creator(person: Person) -> dict[str, Any]:
+    given = f", {person.given_name}" if person.given_name else ""
+    said: dict[str, Any] = {
+        "name": f"{person.family_name}{given}",
+        "nameType": "Personal",
+        "familyName": person.family_name,
+    }
+    if person.given_name:
+        said["givenName"] = person.given_name
+    if person.orcid:
+        link = f"https://orcid.org/{person.orcid}"
+        said["nameIdentifiers"] = [
+            {"nameIdentifier": link, "nameIdentifierScheme": "ORCID", "schemeUri": "https://orcid.org"}
+        ]
+    if person.affiliation:
+        said["affiliation"] = [_affiliation(person.affiliation)]
+    return said
+
+
+def _affiliation(one: Organisation) -> dict[str, str]:
+    if one.ror is None:
+        return {"name": one.name}
+    scheme = {"affiliationIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
+    return {"name": one.name, "affiliationIdentifier": one.ror, **scheme}
+
+
+def _organisation(one: Organisation) -> dict[str, str]:
+    if one.ror is None:
+        return {"name": one.name}
+    scheme = {"publisherIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
+    return {"name": one.name, "publisherIdentifier": one.ror, **scheme}
+
+
+def _rights(licence: str) -> dict[str, str]:
+    return {
+        "rights": licence,
+        "rightsUri": f"https://spdx.org/licenses/{licence}",
+        "rightsIdentifier": licence,
+        "rightsIdentifierScheme": "SPDX",
+        "schemeUri": "https://spdx.org/licenses/",
+    }
+
+
+def _funding(one: Funding) -> dict[str, str]:
+    said = {"funderName": one.funder.name, "awardNumber": one.award, "awardTitle": one.title}
+    if one.funder.ror:
+        said |= {"funderIdentifier": one.funder.ror, "funderIdentifierType": "ROR"}
+    return {name: value for name, value in said.items() if value is not None}
+
 
 _SCHEMA = re.compile(r"about/schemas/([^/]+)\.schema\.json")
 _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
@@ -42,8 +152,8 @@ def describe_root(
     author, as notebooks ask for.
     """
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    summary, author = _summary(described, dataset, now), people.author(graph, dataset)
-    creators = [people.person(graph, one) for one in dataset.creators]
+    summary, author = _summary(described, dataset, now), provenance.author(graph, dataset)
+    creators = [provenance.person(graph, one) for one in dataset.creators]
     about = graph.folder_of(
         "about",
         list(_about(graph, summary, dataset, document)),
@@ -55,17 +165,17 @@ def describe_root(
         name=summary.title,
         description=summary.description,
         datePublished=summary.published,
-        license=people.licence(graph, dataset),
+        license=provenance.licence(graph, dataset),
         creator=creators,
         author=author if one_author else creators,
-        publisher=people.organisation(graph, dataset.publisher) if dataset.publisher else None,
+        publisher=provenance.organisation(graph, dataset.publisher) if dataset.publisher else None,
         keywords=", ".join(summary.keywords),
         version=dataset.version,
         identifier=f"https://doi.org/{dataset.doi}" if dataset.doi else None,
         inLanguage=dataset.language,
-        funder=[people.organisation(graph, one.funder) for one in dataset.funding],
-        funding=[people.grant(graph, one) for one in dataset.funding],
-        citation=[people.publication(graph, one) for one in dataset.publications],
+        funder=[provenance.organisation(graph, one.funder) for one in dataset.funding],
+        funding=[provenance.grant(graph, one) for one in dataset.funding],
+        citation=[provenance.publication(graph, one) for one in dataset.publications],
         conformsTo=graph.thing(PROFILE, "CreativeWork", name="Process Run Crate", version=PROFILE.rpartition("/")[2]),
         hasPart=[*(one.folder for one in described), about],
         mentions=[*(action for one in described for action in one.actions), _export(graph, now)],

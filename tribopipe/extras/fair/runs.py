@@ -1,27 +1,69 @@
-"""A run and a study as entities of a crate: what was tested on what, what came out, and the files with it."""
+"""A run and a study as entities of a crate: what was tested on what, what came out, and the files with it.
+
+`told` gives the numbers and texts of records by name: what a crate shows of a run without its files being opened.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
+from tribopipe.archive.archived_run import RunOutline
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
-from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.dataset import Dataset
 from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import Record
 from tribopipe.documents.study import Study
-from tribopipe.extras.fair import people
-from tribopipe.extras.fair.columns import meaning
+from tribopipe.extras.fair import provenance
+from tribopipe.extras.fair.files import CSV, Part, run_parts, run_text, study_parts, study_text
 from tribopipe.extras.fair.graph import Graph, Ref, local
-from tribopipe.extras.fair.pages import run_text, study_text
-from tribopipe.extras.fair.parts import CSV, Part, run_parts, study_parts
 from tribopipe.extras.fair.provenance import Placed, amendments, archive_action, step_action, study_action, test_action
-from tribopipe.extras.fair.quantities import Told, told
-from tribopipe.extras.fair.terms import UNITS, term
+from tribopipe.extras.fair.vocabulary import UNITS, meaning, term
+
+
+class Told(NamedTuple):
+    """One number or text of a record."""
+
+    key: str
+    """As in the document or the archive, with points between: "conditions.normal_load"."""
+    value: float | str
+    unit: str | None = None
+    """SI unit; none of a text."""
+    standard_uncertainty: float | None = None
+    """In ``unit``."""
+    interval: tuple[float, float] | None = None
+    """Coverage interval, in ``unit``."""
+    meaning: str = ""
+
+
+def told(record: Record, prefix: str) -> Iterator[Told]:
+    """Give the quantities of a record and of the records in it, and its texts and numbers."""
+    for name, field in type(record).model_fields.items():
+        one = _told(f"{prefix}.{name}", getattr(record, name), (field.description or "").partition("\n\n")[0])
+        beside = getattr(record, "interval", None) if name == "wear_coefficient" else None
+        for found in one:
+            yield found if beside is None else found._replace(interval=(beside[0].value, beside[1].value))
+
+
+def _told(key: str, value: Any, meaning: str) -> Iterator[Told]:
+    if isinstance(value, Quantity):
+        yield Told(key, value.value, value.unit, value.standard_uncertainty, meaning=meaning)
+    elif isinstance(value, Record):
+        yield from told(value, key)
+    elif isinstance(value, Mapping):
+        for name, one in value.items():
+            yield from _told(f"{key}.{name}", one, meaning)
+    elif isinstance(value, str):
+        yield Told(key, value, meaning=meaning)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield Told(key, float(value), "1", meaning=meaning)
+
 
 HDF5 = "application/x-hdf5"
 _RFC4180 = "https://www.rfc-editor.org/rfc/rfc4180"
@@ -57,7 +99,7 @@ class Crating:
         manifest = run.manifest
         made = _placed(graph, f"runs/{run_id}", run_parts(self.archive, run_id))
         archived = _archived(graph, self.archive.path(run_id), RUN_FORMAT, f"the run {run_id}, whole")
-        who = people.operator(graph, self.dataset, manifest.operator)
+        who = provenance.operator(graph, self.dataset, manifest.operator)
         instrument, bodies = self._instrument(manifest), list(_bodies(graph, manifest))
         actions = [test_action(graph, run, who, instrument, bodies, made), archive_action(graph, run, archived, made)]
         actions += amendments(graph, run_id, self.archive.earlier_manifests(run_id), made)
@@ -74,11 +116,11 @@ class Crating:
             description=tested,
             text=str(text),
             genre="experiment",
-            author=who or people.author(graph, self.dataset),
+            author=who or provenance.author(graph, self.dataset),
             dateCreated=None if manifest.started is None else manifest.started.isoformat(),
             dateModified=max((step.date for step in run.steps.values()), default=None),
             keywords=", ".join(keywords),
-            license=people.licence(graph, self.dataset),
+            license=provenance.licence(graph, self.dataset),
             comment=[_comment(graph, run_id, note) for note in notes],
             variableMeasured=[_property(graph, run_id, one) for one in _numbers(run)],
         )
@@ -102,9 +144,9 @@ class Crating:
             description=_of_study(stored.study),
             text=str(text),
             genre="evaluation",
-            author=people.author(graph, self.dataset),
+            author=provenance.author(graph, self.dataset),
             dateCreated=stored.date,
-            license=people.licence(graph, self.dataset),
+            license=provenance.licence(graph, self.dataset),
             mentions=members,
         )
         return Described(study_id, folder, (action,), text, study=True)

@@ -1,12 +1,202 @@
-"""The state of a running test: k_D, the wear now and at the planned end, and the drift, with intervals."""
+"""What the samples so far show of k_D, drift and the wear to come: distributions, however few the samples.
+
+While little wear has been seen, k_D is far from normal, and Gauss–Newton from far away need not arrive. So the wear by
+now, h, is taken step by step over all that it can be; zero offset, drift and the disc's wear are fitted for each h.
+All h above zero are as likely beforehand, since h enters the reading as it stands, unless k_D is known. The
+probability density of h is Student's t of χ², as the noise is found from few independent samples itself (JCGM
+101:2008, 6.4.9). What is systematic is added by first-order propagation, and draws of k_D and of depths belong
+together.
+"""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
 
+import numpy as np
+
+from tribopipe.base.arrays import Column, Numbers, Values
+from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.recipe import LawName
+from tribopipe.documents.recipe import LawName, MonteCarloRecipe
 from tribopipe.documents.record import Record
-from tribopipe.extras.live.posterior import Posterior
+from tribopipe.extras.live.problem import LiveProblem
 from tribopipe.physics.uncertainty import Distribution
+
+_PLACES = 160
+"""At which χ² is computed at a time."""
+_NO_MORE = 1e-7
+"""Share of the highest probability density below which nothing counts."""
+_FEWEST_FREE = 4.0
+"""Independent samples from which on the noise is known well enough for a result (JCGM 101:2008, 6.4.9.4)."""
+_FILLED = 0.4
+"""Share of the places that must count for the rest to be fine enough."""
+_MOST_ROUNDS = 30
+_MOST_WEAR = 20.0
+"""Wear over the range of the reading, at most: more would have to be hidden by as much drift."""
+_DRAWS = 4000
+_ALMOST = 1 - 1e-9
+"""Share of a pin's volume at which its depth can still be computed."""
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """k_D as the samples so far have it."""
+
+    problem: LiveProblem
+    log_coefficient: Column
+    """ln k_D at places of equal width in the depth worn by now."""
+    weights: Column
+    """Probability of each place."""
+    best: float
+    """ln k_D of the least squares; −∞ where no wear fits best."""
+    seed: int
+
+    @cached_property
+    def _errors(self) -> dict[str, Column]:
+        """Draws of each systematic input, in its standard uncertainties; what was measured on the pin is in the fit."""
+        rng = np.random.default_rng(self.seed)
+        anchors = {anchor.name for anchor in self.problem.anchors}
+        names = [name for name, given in self.problem.inputs.items() if given.spread and name not in anchors]
+        return {name: rng.standard_normal(_DRAWS) for name in names}
+
+    @cached_property
+    def _moved(self) -> dict[str, float]:
+        """By how much a standard uncertainty of each input moves ln k_D."""
+        at = math.exp(self.centre)
+        return {name: self.problem.sensitivity(name, at) * self.problem.inputs[name].spread for name in self._errors}
+
+    @property
+    def centre(self) -> float:
+        """Return ln k_D of the least squares, or its mean where no wear fits best."""
+        return self.best if math.isfinite(self.best) else float(self.weights @ self.log_coefficient)
+
+    @cached_property
+    def _random(self) -> Column:
+        """Draws of ln k_D by noise and by what was known beforehand, in a random order."""
+        share = np.cumsum(self.weights) - self.weights / 2
+        drawn = np.interp((np.arange(_DRAWS) + 0.5) / _DRAWS, share, self.log_coefficient)
+        return np.random.default_rng(self.seed + 1).permutation(drawn)
+
+    @cached_property
+    def coefficient(self) -> Column:
+        """Draws of k_D, m²/N."""
+        return np.exp(self._random + self._systematic(self._moved))
+
+    def _systematic(self, moved: dict[str, float]) -> Column:
+        return np.asarray(sum((self._errors[name] * by for name, by in moved.items()), np.zeros(_DRAWS)))
+
+    def depth(self, distance: float) -> Column:
+        """Return draws of the pin's wear depth, m, at a sliding distance, m: what the sensor has seen or will see."""
+        moved = {name: self._depth_moved(name, distance) for name in self._errors}
+        drawn = self._depth_at(distance, self._random, self.problem.values)
+        return np.asarray(np.maximum(drawn + self._systematic(moved), 0.0))
+
+    def _depth_moved(self, name: str, distance: float) -> float:
+        """Return by how much a standard uncertainty of an input moves the depth, m, k_D being fitted again."""
+        values, spread, by = self.problem.values, self.problem.inputs[name].spread, self._moved[name]
+        low, high = (
+            self._depth_at(distance, self.centre + sign * by, {**values, name: values[name] + sign * spread})[0]
+            for sign in (-1, 1)
+        )
+        return float(high - low) / 2
+
+    def _depth_at(self, distance: float, log_coefficient: Numbers, values: Values) -> Column:
+        """Return the law's depth, m, at most that of a pin worn away."""
+        pin = self.problem.pin(values)
+        volume = np.exp(log_coefficient) * self.problem.unit_volume(values, np.asarray([distance]))
+        return np.asarray(pin.worn(np.minimum(volume, pin.most_volume * _ALMOST)).depth)
+
+    def worn(self, distance: Column, reading: Column) -> Column:
+        """Return readings, m, at sliding distances, m, without zero offset, drift and disc wear: the pin's wear."""
+        problem, count = self.problem, len(self.problem.distance)
+        fitted = problem.offsets_and_drift(np.asarray(math.exp(self.centre)), problem.values)
+        beside = (problem.linear[:count] @ fitted) / problem.root_weights[:count]
+        along = np.sqrt(np.maximum(distance, 0.0))
+        return np.asarray(problem.values["depth_scale"] * reading - np.interp(along, np.sqrt(problem.distance), beside))
+
+    def drift(self) -> tuple[float, float]:
+        """Return what drift has added by now and its standard uncertainty, m."""
+        problem, column = self.problem, self.problem.drift_column
+        found = np.asarray([problem.offsets_and_drift(np.exp(k), problem.values)[column] for k in self._some])
+        given_k = float(np.sum(np.linalg.pinv(problem.linear)[column] ** 2))
+        best = problem.offsets_and_drift(np.asarray(math.exp(self.centre)), problem.values)[column]
+        return float(best), math.sqrt(given_k + float(np.var(found)))
+
+    @property
+    def _some(self) -> Column:
+        return np.quantile(self._random, np.linspace(0.02, 0.98, 25))
+
+
+def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
+    """Find k_D by the samples so far. Raises ``FitError`` where wear and drift cannot be separated."""
+    if not problem.tells_drift:
+        raise FitError(
+            "found a flat pin, whose wear is as linear as sensor drift; expected information to separate them; "
+            'state the drift, as in --drift "0 +- 5 nm/min"'
+        )
+    if problem.freedom < _FEWEST_FREE:
+        raise FitError("found too few independent samples; expected more; wait")
+    depth, log_k, squares = _searched(problem)
+    density = _density(squares, problem.freedom)
+    if any(belief.name == "ln k_D" for belief in problem.beliefs):
+        density *= np.gradient(log_k, depth)
+    return Posterior(problem, log_k, density / density.sum(), _lowest(log_k, squares), how.seed)
+
+
+def _density(squares: Column, freedom: float) -> Column:
+    return np.asarray((1 + (squares - squares.min()) / freedom) ** (-(freedom + 1) / 2))
+
+
+def _searched(problem: LiveProblem) -> tuple[Column, Column, Column]:
+    """Return depths by now that may be, evenly spaced, with ln k_D and χ² at each."""
+    squares_at = _squares(problem)
+    pin, unit = problem.pin(problem.values), problem.unit_volume(problem.values)[len(problem.distance) - 1]
+    low, high = 0.0, _most_depth(problem)
+    for _ in range(_MOST_ROUNDS):
+        depth = low + (high - low) * (np.arange(_PLACES) + 0.5) / _PLACES
+        log_k = np.log(pin.volume(depth) / unit)
+        squares = squares_at(log_k)
+        (kept,) = np.nonzero(_density(squares, problem.freedom) > _NO_MORE)
+        if len(kept) >= _FILLED * _PLACES:
+            break
+        step = (high - low) / _PLACES
+        low, high = max(low, low + (kept[0] - 1) * step), min(high, low + (kept[-1] + 2) * step)
+    return depth, log_k, squares
+
+
+def _squares(problem: LiveProblem) -> Callable[[Column], Column]:
+    """Return χ² against ln k_D, with all that is fitted linearly with it."""
+    rows, root, free = problem.rows(problem.values), problem.root_weights, problem.free
+
+    def squares(log_coefficient: Column) -> Column:
+        residual = (rows - problem.model(log_coefficient, problem.values)[0]) * root
+        residual = residual - (residual @ free) @ free.T
+        return np.asarray(np.vecdot(residual, residual))
+
+    return squares
+
+
+def _most_depth(problem: LiveProblem) -> float:
+    """Return the most wear, m, that is looked at."""
+    pin = problem.pin(problem.values)
+    seen = [anchor.wear.pin_depth.value for anchor in problem.anchors]
+    reading = float(np.ptp(problem.rows(problem.values)[: len(problem.distance)]))
+    wear = _MOST_WEAR * max(reading, *seen, 1e-9)
+    most = float(pin.most_volume)
+    return min(wear, float(pin.worn(most * _ALMOST).depth)) if math.isfinite(most) else wear
+
+
+def _lowest(log_k: Column, squares: Column) -> float:
+    """Return where χ² is least, by a parabola through three places; −∞ where that is at no wear."""
+    place = int(np.argmin(squares))
+    if place == 0:
+        return -math.inf
+    around = slice(max(place - 2, 0), place + 3)
+    centre = log_k[place]
+    curve = np.polynomial.Polynomial.fit(log_k[around] - centre, squares[around], 2).convert().coef
+    return float(centre - curve[1] / (2 * curve[2]))
+
 
 Interval = tuple[Quantity, Quantity]
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, interval_from_si
 from tribopipe.documents.quantity import between
-from tribopipe.extras.live.estimate import Estimate
-from tribopipe.extras.live.posterior import Posterior
+from tribopipe.extras.live.estimate import Estimate, Posterior
 from tribopipe.extras.live.state import Means
 from tribopipe.physics.laws import law_label
 from tribopipe.physics.uncertainty import TAILS

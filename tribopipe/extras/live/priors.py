@@ -17,7 +17,7 @@ from tribopipe.base.units import KINDS, parse
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.bodies import bodies
+from tribopipe.documents.study import bodies
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.wear_fit import WearFit
 

@@ -1,38 +1,100 @@
-"""The joint fit of a run that is not over: drift and wear together, with what is known beforehand in the place of ends.
+"""The joint fit of a run that is not over: drift and wear together, with prior knowledge in the place of ends.
 
-To the rows of the reading, and of depths measured at interruptions, comes one row for each thing that is known of the
-drift, of the disc's wear and of k_D before the test, weighted by its own uncertainty. Of a run whose post-test
-measurement is known it is the joint fit itself.
+The noise of the reading is that of the whole of it, or of its parts where something changed in between.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.special import chdtri
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.inputs import Input
 from tribopipe.contacts.kinds import wear_of
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings
 from tribopipe.evaluation.drift import SensorTrace
-from tribopipe.evaluation.measurements.measured import EndValueUsed
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.wear.given_parameters import law_as_given
-from tribopipe.evaluation.wear.inputs import instrument_inputs, law_inputs
+from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.wear.inputs import instrument_inputs, law_as_given, law_inputs
 from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
-from tribopipe.evaluation.wear.problem import NODES
-from tribopipe.extras.live.noise import noise_of, noise_of_all
+from tribopipe.evaluation.wear.problem import NODES, about_smooth
 from tribopipe.extras.live.state import Means, State
+from tribopipe.physics.autocorrelation import effective_samples, inflation
 from tribopipe.physics.friction_path import MeasuredFriction
 from tribopipe.physics.laws import law_named
+from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import RawRun
+
+_PARTS = 5
+"""Of a test, in each of which the noise is found by itself."""
+_SMOOTH = 4
+"""Powers of √s in a smooth curve: few, as each takes noise out of a short record."""
+_PER_FREEDOM = 3.0
+"""Independent samples that show as much of the noise as one that is known to be independent: over a window of M lags
+the relative variance of an autocorrelation time τ is 2·(2M + 1)/n (N. Madras, A. D. Sokal, Journal of Statistical
+Physics 50 (1988) 109), and a window of about 1.5·τ is summed."""
+_SURE = 0.95
+_LEAST = 1e-12
+"""Standard deviation, m, below which a reading counts as without noise."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of the reading, its autocorrelation counted in."""
+
+    variance: float
+    """Of one sample, times the autocorrelation time, m²."""
+    freedom: float
+    """Degrees of freedom by which that is known."""
+
+    @property
+    def most(self) -> float:
+        """Variance, m², that it is below with a probability of 95 %."""
+        freedom = max(self.freedom, 1.0)
+        return self.variance * freedom / float(chdtri(freedom, _SURE))
+
+
+def noise_of(fine: Means, trace: SensorTrace, segments: Column, planned: float) -> Noise:
+    """Return the noise of a reading about a smooth curve.
+
+    It is that of the middle one of its parts where the whole is rougher than that can be: what changes in a test is no
+    noise. A test is divided up to its ``planned`` distance, m.
+    """
+    each = float(fine.samples[0])
+    whole = _noise(*about_smooth(trace, fine.sliding_distance, segments, _SMOOTH), each)
+    parts = sorted(_parts(fine, planned, each), key=lambda part: part.variance)
+    if parts and whole.variance > (middle := parts[(len(parts) - 1) // 2]).most:
+        return middle
+    return whole
+
+
+def noise_of_all(fine: Means, trace: SensorTrace, segments: Column) -> Noise:
+    """Return the noise of a whole run about a smooth curve, as the fit of a finished run takes it."""
+    return _noise(*about_smooth(trace, fine.sliding_distance, segments), float(fine.samples[0]))
+
+
+def _parts(fine: Means, planned: float, each: float) -> Iterator[Noise]:
+    """Give the noise in each part of a test that is whole."""
+    number = np.floor(fine.sliding_distance / planned * _PARTS)
+    for part in range(min(int(number[-1]), _PARTS)):
+        root, depth = fine.root[number == part], fine.depth[number == part]
+        if len(root) > 2 * _SMOOTH:
+            smooth = np.polynomial.Polynomial.fit(root, depth, _SMOOTH)
+            yield _noise(depth - smooth(root), _SMOOTH + 1, each)
+
+
+def _noise(residuals: Column, parameters: int, each: float) -> Noise:
+    """Return the noise by residuals of means over so many samples ``each``."""
+    variance = max(inflation(residuals, parameters) * each, _LEAST**2)
+    return Noise(variance, (effective_samples(residuals) - parameters) / _PER_FREEDOM)
+
 
 _DISC_POWER = 0.75
 """Of s, as which ∫ds/a grows under a sphere, whose contact radius a grows as the fourth root of s."""

@@ -8,13 +8,19 @@ from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.preprocessing import TurnOver
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
-from tribopipe.extras.live.alarm import Alarm, AlarmKind, alarm_at
-from tribopipe.extras.live.estimate import Estimate, estimated
-from tribopipe.extras.live.follow import Appended, Follower
-from tribopipe.extras.live.law_watch import blocks, departure
-from tribopipe.extras.live.posterior import Posterior, posterior
+from tribopipe.extras.live.alarms import (
+    Alarm,
+    AlarmKind,
+    StuckSensor,
+    alarm_at,
+    blocks,
+    departure,
+    friction_alarms,
+    load_alarms,
+)
+from tribopipe.extras.live.estimate import Estimate, Posterior, estimated, posterior
+from tribopipe.extras.live.follower import Appended, Follower
 from tribopipe.extras.live.problem import Asked, live_problem
-from tribopipe.extras.live.sensor_faults import StuckSensor, friction_alarms, load_alarms
 from tribopipe.extras.live.state import State
 
 

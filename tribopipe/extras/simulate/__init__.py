@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
+from tribopipe.extras.simulate.instrument import require_simulated
 from tribopipe.extras.simulate.pin_on_disc import VirtualTest, simulate_run
 from tribopipe.extras.simulate.twin_disc import VirtualTwinDiscTest, simulate_twin_disc_run
-from tribopipe.extras.simulate.writing import require_simulated
 
 __all__ = ["VirtualTest", "VirtualTwinDiscTest", "simulate_plan", "simulate_run", "simulate_twin_disc_run"]
 

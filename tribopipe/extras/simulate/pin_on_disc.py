@@ -19,18 +19,22 @@ from tribopipe.documents.contact import Pin, SlidingPin, Specimen
 from tribopipe.documents.plan import Sensors, Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
-from tribopipe.evaluation.friction_paths import stated_path
+from tribopipe.evaluation.load_and_friction import stated_path
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.wear.known import KnownWear
-from tribopipe.evaluation.wear.scenario import Scenario
-from tribopipe.extras.simulate.drawing import TrueValue, measured, read_depth, read_forces, systematic_errors
-from tribopipe.extras.simulate.true_law import true_law, true_parameters
-from tribopipe.extras.simulate.writing import (
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
+from tribopipe.extras.simulate.instrument import (
     Layout,
+    TrueValue,
     Written,
     manifest_head,
     manifest_tail,
+    measured,
+    read_depth,
+    read_forces,
     specimen,
+    systematic_errors,
+    true_law,
+    true_parameters,
     write_run,
     written,
 )

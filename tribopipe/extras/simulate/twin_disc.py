@@ -21,15 +21,19 @@ from tribopipe.documents.plan import TwinDiscSensors, TwinDiscSeries, TwinDiscTr
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import quoted
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
-from tribopipe.evaluation.friction_paths import stated_path
-from tribopipe.extras.simulate.drawing import measured, read_depth, read_forces, systematic_errors
-from tribopipe.extras.simulate.true_law import true_law, true_parameters
-from tribopipe.extras.simulate.writing import (
+from tribopipe.evaluation.load_and_friction import stated_path
+from tribopipe.extras.simulate.instrument import (
     Layout,
     Written,
     manifest_head,
     manifest_tail,
+    measured,
+    read_depth,
+    read_forces,
     specimen,
+    systematic_errors,
+    true_law,
+    true_parameters,
     write_run,
     written,
 )

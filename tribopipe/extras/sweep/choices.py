@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from tribopipe.archive.digest import digest
+from tribopipe.archive.provenance import digest
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.contact_kinds import spoken
@@ -16,8 +16,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
-from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row
+from tribopipe.extras.sweep.cases import Case, Ensemble, Head, Row, combinations, label_heads, refuse_endless
 from tribopipe.extras.sweep.subject import Subject, parameters
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_fit import BodyWear, WearFit

@@ -11,14 +11,14 @@ from tribopipe.base.errors import ManifestError
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.sweep import Sweep
+from tribopipe.extras.sweep.cases import Answer, Ensemble, Found, Head, Row, answers
 from tribopipe.extras.sweep.choices import COEFFICIENT
-from tribopipe.extras.sweep.predicted import asked_for
-from tribopipe.extras.sweep.rows import Answer, Ensemble, Found, Head, Row, answers
+from tribopipe.extras.sweep.predictions import asked_for
 from tribopipe.extras.sweep.subject import Cell
 from tribopipe.extras.sweep.virtual_tests import TRUTH
 from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.views.number_format import power_of, powered_axis
+from tribopipe.views.plot import power_of, powered_axis
 from tribopipe.views.run_figures import BLACK, PALETTE, styled
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ import numpy as np
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.documents.sweep import Sweep
+from tribopipe.extras.sweep.cases import Answer, Case, Ensemble, Found, answers
 from tribopipe.extras.sweep.choices import COEFFICIENT
-from tribopipe.extras.sweep.predicted import asked_for
-from tribopipe.extras.sweep.rows import Answer, Case, Ensemble, Found, answers
+from tribopipe.extras.sweep.predictions import asked_for
 from tribopipe.extras.sweep.subject import Cell
 from tribopipe.extras.sweep.virtual_tests import TRUTH
 from tribopipe.physics.uncertainty import TAILS

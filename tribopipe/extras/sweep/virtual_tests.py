@@ -1,14 +1,19 @@
-"""Tests of a plan recorded on the virtual tribometer again and again, each evaluated with its truth."""
+"""Tests of a plan recorded on the virtual tribometer again and again, each evaluated with its truth.
 
-from collections.abc import Iterator
+A virtual test stands in memory as if its run folder had been written and ingested.
+"""
+
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
+from types import MappingProxyType
+from typing import TypeAlias, cast
 
 from pydantic import ValidationError
 
-from tribopipe.archive.digest import digest
+from tribopipe.archive.provenance import digest
+from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError, ManifestError, did_you_mean
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
@@ -16,15 +21,40 @@ from tribopipe.documents.plan import Plan, Series, TwinDiscSeries, TwinDiscVirtu
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record, first_problem, load_toml
+from tribopipe.documents.signals import SignalName
 from tribopipe.documents.sweep import Sweep, VirtualTests
+from tribopipe.evaluation.derived_columns import derive_missing
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
-from tribopipe.extras.simulate.in_memory import disc_run, pin_run
+from tribopipe.extras.sweep.cases import Case, Ensemble, Head, Row, combinations, label_heads, refuse_endless
 from tribopipe.extras.sweep.choices import FIT_NUMBERS, Choice, fit_rows, fitted
-from tribopipe.extras.sweep.grid import combinations, label_heads, refuse_endless
-from tribopipe.extras.sweep.rows import Case, Ensemble, Head, Row
 from tribopipe.extras.sweep.subject import Parameter, Settings, Subject, generator, parameters
-from tribopipe.results.run import RawRun
+from tribopipe.results.run import Origin, RawRun
 from tribopipe.version import VERSION
+
+
+def pin_run(series: Series, run: VirtualRun, test: VirtualTest) -> RawRun:
+    """Return a virtual test of a pin as ingested, its sliding distance derived from the nominal speed."""
+    columns, ends = test.record()
+    slid: dict[SignalName, Column] = {"sliding_distance": series.sliding_speed.value * test.time}
+    return _ingested(series.manifest(run, ends), columns, slid)
+
+
+def disc_run(series: TwinDiscSeries, run: TwinDiscVirtualRun, test: VirtualTwinDiscTest) -> RawRun:
+    """Return a virtual test of two discs as ingested."""
+    columns, ends = test.record()
+    return _ingested(series.manifest(run, ends), columns)
+
+
+def _ingested(
+    manifest: RunManifest, columns: Mapping[str, Column], slid: Mapping[SignalName, Column] = MappingProxyType({})
+) -> RawRun:
+    """Put together what was stated and recorded, and a distance that follows from the nominal speed."""
+    signals = cast("dict[SignalName, Column]", {**columns, **slid})
+    origins: dict[SignalName, Origin] = dict.fromkeys(signals, "measured")
+    origins |= dict.fromkeys(slid, "derived from nominal speed")
+    derive_missing(signals, origins, manifest)
+    return RawRun(manifest, signals, origins, {}, {}, ())
+
 
 TRUTH = Head("true_wear_coefficient", "m^2/N")
 NUMBERS = (*FIT_NUMBERS, TRUTH)

@@ -1,11 +1,17 @@
-"""What became of each drop, remembered over restarts and crashes: one line of JSON for each that happened."""
+"""What happened in a watch: events as it reports them, and what became of each drop, remembered over restarts.
+
+An event is a sentence for people and JSON for programs; the journal has one line of JSON for each drop that something
+became of, and survives crashes.
+"""
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import ValidationError
 
@@ -13,6 +19,46 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import clear_leftovers_of, write_file
 from tribopipe.documents.record import Record
 from tribopipe.extras.watch.drops import Drop
+
+Kind = Literal["made", "done", "waiting", "failed", "same", "left", "gone", "back"]
+_COUNTED: dict[Kind, str] = {
+    "done": "archived",
+    "waiting": "to be filled in",
+    "failed": "failed",
+    "same": "with bytes of other files",
+    "left": "left alone",
+}
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened."""
+
+    kind: Kind
+    text: str
+    """One sentence."""
+    file: str | None = None
+    """What was dropped: its path in the watched folder."""
+    run: str | None = None
+    """Id of the run, or the path of a run folder that was dropped."""
+    details: tuple[str, ...] = ()
+    """Further sentences: what was fitted, and what a person should look at."""
+    more: Mapping[str, Any] = field(default_factory=dict)
+    """Further JSON."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the event as JSON types, with the current time."""
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        told = {"event": self.kind, "time": now, "file": self.file, "id": self.run, "text": self.text}
+        return told | {"details": list(self.details)} | dict(self.more)
+
+
+def counted(kinds: Iterable[Kind]) -> str:
+    """Return how many drops came to which end."""
+    kinds = list(kinds)
+    counts = [f"{kinds.count(kind)} {words}" for kind, words in _COUNTED.items() if kind in kinds]
+    return ", ".join(counts) or "nothing new"
+
 
 FOLDER = ".watch"
 _LINES, _LOCK = "journal.jsonl", "lock"

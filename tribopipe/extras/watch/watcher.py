@@ -1,16 +1,77 @@
-"""The watch: whenever it looks, what has settled is made into runs, and these are processed."""
+"""The watch: whenever it looks, what has settled is made into runs, and these are processed.
 
-from collections.abc import Iterator
+A look is taken when something in the folder may have changed, as the system shows, or by asking again and again. What
+was dropped has settled when nobody has written to it for a while.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from time import monotonic, sleep
 
-from tribopipe.extras.watch.changes import changes
-from tribopipe.extras.watch.drafting import take
 from tribopipe.extras.watch.drops import Drop, drops, is_held
-from tribopipe.extras.watch.event import Event
-from tribopipe.extras.watch.journal import Journal
+from tribopipe.extras.watch.journal import Event, Journal
 from tribopipe.extras.watch.lab import Lab
-from tribopipe.extras.watch.processing import changed, processed, try_again
-from tribopipe.extras.watch.settling import Settling
+from tribopipe.extras.watch.processing import changed, processed, take, try_again
+
+_TICK = 1000
+"""How often it is asked whether a look is due though nothing changed, ms."""
+_QUIET, _LONGEST = 500, 2000
+"""Changes are reported once there was none for so long, or that long after the first, ms."""
+_POLL_EVERY = 2000
+"""How often a network share is asked, ms."""
+
+
+def changes(folder: Path, *, poll: bool) -> Iterator[bool]:
+    """Yield, at least each second and for ever, whether anything below a folder has changed.
+
+    With ``poll`` the folder is listed again and again, since changes by other machines on a share are not reported.
+    """
+    from watchfiles import watch
+
+    for found in watch(
+        folder,
+        watch_filter=None,
+        debounce=_LONGEST,
+        step=_QUIET,
+        rust_timeout=_TICK,
+        yield_on_timeout=True,
+        force_polling=poll or None,  # as the library knows best
+        poll_delay_ms=_POLL_EVERY,
+        ignore_permission_denied=True,
+    ):
+        yield bool(found)
+
+
+class Settling:
+    """What was seen to change last when. It uses the clock it is given, never by those of drives and shares."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._seen: dict[tuple[Path, ...], tuple[str, float]] = {}
+
+    def settled(self, drops: Iterable[Drop], now: float) -> list[Drop]:
+        """Return the drops that have not changed for the settling time, and forget those that are gone."""
+        drops = list(drops)
+        self._seen = {drop.files: (drop.stamp, self._since(drop, now)) for drop in drops}
+        return [drop for drop in drops if now - self._seen[drop.files][1] >= self.seconds]
+
+    def forget(self, drop: Drop) -> None:
+        """Remove a drop that was processed."""
+        self._seen.pop(drop.files, None)
+
+    @property
+    def next(self) -> float:
+        """When the next one may have settled, by the same clock; infinite where there is none."""
+        return min((since + self.seconds for _, since in self._seen.values()), default=math.inf)
+
+    def __len__(self) -> int:
+        return len(self._seen)
+
+    def _since(self, drop: Drop, now: float) -> float:
+        stamp, since = self._seen.get(drop.files, ("", now))
+        return since if stamp == drop.stamp else now
+
 
 _AT_ONCE = 32
 """Drops made into runs before these are processed."""

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.depth_model.terms import Alternative
-from tribopipe.physics.depth_model.wander import Wander
+from tribopipe.physics.depth_model.terms import Alternative, Wander
 
 _COARSE = (0.7, 0.3)
 """Spacing of ln σ_f and of ln σ_e where their posterior is looked for,"""

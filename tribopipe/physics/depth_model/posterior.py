@@ -20,8 +20,7 @@ from scipy.special import ndtr
 
 from tribopipe.base.arrays import Column
 from tribopipe.physics.depth_model.mixture import NO_WANDER, Anchor, Regression, Ways, noise_of_differences, ways
-from tribopipe.physics.depth_model.terms import OptionalTerms, optional_terms
-from tribopipe.physics.depth_model.wander import Wander, wanders
+from tribopipe.physics.depth_model.terms import OptionalTerms, Wander, optional_terms, wanders
 
 SCORES = np.linspace(-8.0, 8.0, 65)
 """Standard uncertainties by which a measurement is moved to see what depth it means."""

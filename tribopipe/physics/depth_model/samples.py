@@ -1,16 +1,194 @@
-"""Samples of a depth reading: their block averages, and the mean of what is not wear at each of them."""
+"""Samples of a depth reading: where they step, their block averages, and the mean of what is not wear.
+
+Blocks are evenly spaced in time, finer where wear begins, over whole revolutions or cycles: what a reading repeats
+with each revolution, as runout, is not wear and averages out over whole ones.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.depth_model.blocks import Blocks, Nodes, blocks_of
+from tribopipe.physics.autocorrelation import left_of
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, KnownTerm, MeasuredDepth
 from tribopipe.physics.depth_model.terms import settling
+
+_BINS = 400
+_FEWEST = 60
+"""Bins below which a step cannot be distinguished from noise."""
+_TERMS = 9
+_DECISIVE = 8.0
+"""Standard deviations of usual changes from bin to bin beyond which one is a step."""
+_LEAST = 2e-4
+"""Usual change, over the range of the reading, below which no step matters."""
+_KEPT = 0.6
+"""Share of a step that has to last."""
+_SPAN = 6
+"""Bins on either side over which it has to last."""
+_MOST = 5
+_TO_DEVIATION = 1.4826
+
+
+def steps(time: Column, progress: Column, depth: Column) -> list[int]:
+    """Return the numbers of the samples at which a reading steps.
+
+    Parameters
+    ----------
+    time, progress, depth
+        Time, what wear grows along, and the reading, m, of each sample; shape (samples,).
+
+    Returns
+    -------
+    list of int
+        First sample after each step, ascending; none where there are fewer than 60 samples, or more than five steps,
+        which are no steps then but another kind of disturbance.
+    """
+    edges = np.unique(np.linspace(0, len(time), min(_BINS, len(time)) + 1).astype(int))
+    if len(edges) <= _FEWEST:
+        return []
+    counts = np.diff(edges)
+    mean = np.add.reduceat(depth, edges[:-1]) / counts
+    root = np.sqrt(np.maximum(np.add.reduceat(progress, edges[:-1]) / counts, 0.0) / progress[-1])
+    curves = np.polynomial.chebyshev.chebvander(2 * root - 1, _TERMS).T
+    found: list[int] = []
+    # The smooth curve rings about a step until it is fitted as one: the next is sought beside all found so far.
+    while (place := _largest(left_of(mean, curves)[0], float(np.ptp(mean)), found)) is not None:
+        found.append(place)
+        curves = np.vstack([curves, np.arange(len(mean)) > place])
+        if len(found) > _MOST:
+            return []
+    return sorted(_sample(depth, edges[place], edges[place + 3]) for place in found)
+
+
+def _largest(smooth: Column, reach: float, found: list[int]) -> int | None:
+    """Return the bin before the largest step of what is left of a reading; none where no change is one."""
+    change = smooth[2:] - smooth[:-2]
+    center = np.median(change)
+    scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * reach)
+    for place in np.argsort(-np.abs(change - center)).tolist():
+        size = change[place] - center
+        if abs(size) <= _DECISIVE * scale:
+            return None
+        if all(abs(place - other) > _SPAN for other in found) and _lasts(smooth, place + 1, size):
+            return int(place)
+    return None
+
+
+def _lasts(smooth: Column, middle: int, size: float) -> bool:
+    before, after = smooth[max(0, middle - _SPAN) : middle], smooth[middle + 1 : middle + 1 + _SPAN]
+    if min(len(before), len(after)) < _SPAN // 2:
+        return False
+    return bool((np.median(after) - np.median(before)) / size > _KEPT)
+
+
+def _sample(depth: Column, first: int, last: int) -> int:
+    """Return where samples are best divided into two levels."""
+    some = depth[first:last]
+    count = np.arange(1, len(some))
+    before = np.cumsum(some)[:-1] / count
+    after = (np.sum(some) - np.cumsum(some)[:-1]) / (len(some) - count)
+    return int(first + 1 + np.argmax(np.abs(after - before) * np.sqrt(count * (len(some) - count))))
+
+
+BLOCKS = 100
+"""Blocks over a test: enough for whatever is slower than a fiftieth of it."""
+_FIRST_BLOCKS = 6
+"""The first block is halved so often: wear of a sphere begins steeply, as √s."""
+_FEWEST_CYCLES = 50
+"""Of a test: with fewer of them, blocks of whole ones would be too few."""
+_NODES = 4
+"""Places in a block at which a smooth curve is averaged."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Which block each sample belongs to."""
+
+    place: NDArray[np.intp]
+    """Number of the block of each sample."""
+    counts: Column
+    """Samples in each block, shape (blocks,)."""
+
+    def mean(self, samples: Column) -> Column:
+        """Return the mean over each block, shape (blocks,)."""
+        return np.asarray(np.bincount(self.place, samples, len(self.counts)) / self.counts)
+
+    def nodes(self, distance: Column) -> "Nodes":
+        """Return the nodes by which a function of the distance is averaged over each block."""
+        first = np.concatenate([[0], np.cumsum(self.counts)[:-1]]).astype(int)
+        within = (np.arange(len(self.place)) - first[self.place]) * _NODES // self.counts[self.place].astype(int)
+        node = self.place * _NODES + within
+        filled = np.flatnonzero(counts := np.bincount(node))
+        root = np.sqrt(np.maximum(distance, 0.0))
+        return Nodes(
+            distance=(np.bincount(node, root)[filled] / counts[filled]) ** 2,
+            share=counts[filled] / self.counts[filled // _NODES],
+            first=np.searchsorted(filled, np.arange(len(self.counts)) * _NODES),
+        )
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Sliding distances by which a smooth function is averaged over each block."""
+
+    distance: Column
+    """Square of the mean root of the sliding distance around each node, m: exact for wear that grows as √s."""
+    share: Column
+    """Share of its block that a node stands for."""
+    first: NDArray[np.intp]
+    """Number of the first node of each block."""
+
+    def averaged(self, at_nodes: Column) -> Column:
+        """Return block means of a function known at the nodes, shape (..., nodes) to (..., blocks)."""
+        return np.asarray(np.add.reduceat(at_nodes * self.share, self.first, axis=-1))
+
+
+def blocks_of(time: ArrayLike, segments: ArrayLike | None = None, cycles: ArrayLike | None = None) -> Blocks:
+    """Divide a test into blocks.
+
+    Parameters
+    ----------
+    time
+        Time of each sample as a share of the sliding time, ascending, shape (samples,); below 0 before sliding began.
+    segments
+        Number of the segment of each sample, ascending; no block reaches across the end of a segment.
+    cycles
+        Revolutions, or strokes there and back, before each sample, ascending; none where they are not known.
+
+    Returns
+    -------
+    Blocks
+        At most about 100 blocks of time, the first of them divided further, empty ones left out.
+    """
+    share = np.asarray(time, dtype=float)
+    few = len(share) <= 2 * BLOCKS
+    edges = share if few else _edges(share)
+    if cycles is not None and not few:
+        edges = _whole(edges, share, np.asarray(cycles, dtype=float))
+    place = np.arange(len(share)) if few else np.searchsorted(edges, share, side="right")
+    if segments is not None:
+        place = place + (len(edges) + 1) * np.asarray(segments).astype(np.intp)
+    _, dense, counts = np.unique(place, return_inverse=True, return_counts=True)
+    return Blocks(dense, counts.astype(float))
+
+
+def _edges(share: Column) -> Column:
+    even = np.linspace(share[0], share[-1], BLOCKS + 1)[1:-1]
+    width = 1.0 / BLOCKS
+    fine = width * 0.5 ** np.arange(_FIRST_BLOCKS, -1, -1.0)
+    return np.unique(np.concatenate([even, fine, [0.0]]))
+
+
+def _whole(edges: Column, share: Column, cycles: Column) -> Column:
+    """Move edges to where a cycle ends."""
+    if cycles[-1] < _FEWEST_CYCLES:
+        return edges
+    ends = np.unique(np.round(np.interp(edges, share, cycles)))
+    inside = ends[(ends > 0) & (ends < cycles[-1])]
+    return np.concatenate([[0.0], np.interp(inside, cycles, share)])
 
 
 @dataclass(frozen=True)

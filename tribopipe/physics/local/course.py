@@ -1,6 +1,7 @@
 """How a surface wears: Archard's law in steps of the amount of wear, implicit by default, explicit as published.
 
-With the amount of wear q = k_D·S(s) under a pin, k_D·N under a disc (tribopipe.physics.local.surface), dw/dq = m(p).
+With the amount of wear q = k_D·S(s) under a pin, k_D·N under a disc (tribopipe.physics.local.contact_solvers),
+dw/dq = m(p).
 The explicit step of the paper (Eq. 9) takes m of the pressure before the step. It is stable only where it is shorter
 than about 4Δx/(πE_c) under a pin: a wave of wear of wavelength 2Δx changes the pressure by πE_c/(2Δx) times its
 height, and a step of more than 2 over that overshoots. The implicit step takes m of the pressure after it, within the
@@ -23,7 +24,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.physics.conventions import Scheme
-from tribopipe.physics.local.surface import Contact, Surface
+from tribopipe.physics.local.contact_solvers import Contact, Surface
 
 STEPS_PER_DECADE = 16
 _DECADES = 2.0

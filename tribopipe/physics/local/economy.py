@@ -35,9 +35,8 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.local.active_set import touching_at
+from tribopipe.physics.local.contact_solvers import Contact, Surface, touching_at
 from tribopipe.physics.local.course import LocalWear, WornState, collected, smooth
-from tribopipe.physics.local.surface import Contact, Surface
 
 CORRECTIONS = (None, 50, 10, 1)
 """Increments between external corrections of which the drift is shown; None: there are none."""

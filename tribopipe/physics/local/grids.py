@@ -17,10 +17,9 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.physics.geometry import cap_height
-from tribopipe.physics.hertz_ellipse import hertz_ellipse
+from tribopipe.physics.hertz import hertz_ellipse
+from tribopipe.physics.local.contact_solvers import Contact, Extent, solve_by_conjugate_gradients
 from tribopipe.physics.local.half_space import HalfSpace, MirroredHalfSpace
-from tribopipe.physics.local.projected_cg import pressed
-from tribopipe.physics.local.surface import Contact, Extent
 
 PIN_CELLS = 128
 """Points across a pin's grid, and along it."""
@@ -54,7 +53,7 @@ class _Grid(ABC):
     def press(self, worn: Column, amount: float = 0.0, start: Contact | None = None) -> Contact:
         """Solve the contact. Raises ``ContactError``, also where it reaches the end of the grid."""
         spectrum = self.half_space.compliance + amount * self._exposed
-        contact = pressed(
+        contact = solve_by_conjugate_gradients(
             lambda pressure: self.half_space.convolved(pressure, spectrum),
             self.gap + worn,
             self.half_space.cell,

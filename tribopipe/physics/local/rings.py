@@ -18,9 +18,8 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.local.active_set import pressed
-from tribopipe.physics.local.grading import graded
-from tribopipe.physics.local.surface import Contact, Extent
+from tribopipe.physics.local.contact_solvers import Contact, Extent, solve_by_active_set
+from tribopipe.physics.local.nodes import graded
 
 _FROM_EDGE = 3
 _TO_START = 20
@@ -70,7 +69,7 @@ class Rings:
         """Solve the contact. Raises ``ContactError``, also where a round tip touches to the last ring."""
         compliance = self._compliance + amount * np.eye(len(worn)) if amount else self._compliance
         touching = None if start is None else start.pressure > 0
-        contact = pressed(compliance, self.gap + worn, self.areas, self.normal_load, touching)
+        contact = solve_by_active_set(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > self.gap.min():
             raise ContactError(
                 "local wear: found a contact that reaches the last ring; expected it to end before; simulate less "

@@ -1,24 +1,92 @@
-"""Every file of an archive looked at, what they state about each other, and what lies around them."""
+"""Verification of an archive: every file, what the files state about each other, and what lies around them.
+
+Of each file its bytes, its format and all that it holds are checked.
+
+If asked, every step is computed again from what was ingested, and compared with what is archived.
+"""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from tribopipe.archive.file_access import opened
 from tribopipe.archive.file_signature import STUDIES, SUFFIX, Stamp, stamps
+from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
+from tribopipe.archive.seal import check_every_byte, is_sealed
 from tribopipe.archive.store import Archive
-from tribopipe.base.errors import ArchiveError, did_you_mean
+from tribopipe.base.errors import ArchiveError, TribopipeError, did_you_mean
+from tribopipe.base.failures import mended_by
 from tribopipe.base.files import natural_order
-from tribopipe.pipeline.verify.agreement import check_agreement
-from tribopipe.pipeline.verify.catalog import look_into_catalogue
-from tribopipe.pipeline.verify.files import look_at
-from tribopipe.pipeline.verify.folder import look_around
+from tribopipe.pipeline.comparison import Redone
+from tribopipe.pipeline.reproduce import reproduce, reproduce_study
+from tribopipe.pipeline.verify.contents import SeenRun, SeenStudy, check_agreement, look_into_run, look_into_study
+from tribopipe.pipeline.verify.folder import look_around, look_into_catalogue
 from tribopipe.pipeline.verify.history import look_into_history
 from tribopipe.pipeline.verify.look import Look
-from tribopipe.pipeline.verify.recompute import recompute
-from tribopipe.pipeline.verify.runs import SeenRun
-from tribopipe.pipeline.verify.studies import SeenStudy
+from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 from tribopipe.results.finding import Finding
+
+
+def recompute(archive: Archive, look: Look, name: str, *, study: bool) -> None:
+    """Note which steps of a run, or whether a study, come out other than they are archived."""
+    try:
+        redone = (reproduce_study if study else reproduce)(archive, name)
+    except TribopipeError as error:
+        look.refused("recompute", error)
+        return
+    for step in redone.steps:
+        if not step.same:
+            _tell(look, name, step)
+
+
+def _tell(look: Look, name: str, step: Redone) -> None:
+    part = "" if step.name == "study" else f"/entry/{step.name}"
+    if step.outcome == "not compared":
+        look.note(
+            "recompute", f"found nothing to compare ({step.why}); expected the recomputed step", "process it", part
+        )
+        return
+    first, count = step.differences[0], len(step.differences)
+    changed = ", ".join(f"{what} {then}, now {now}" for what, (then, now) in step.environment.items())
+    message = (
+        f"found {count} of {step.compared} values that differ when computed again, most of all {first.where}, archived "
+        f"as {first.then}, now {first.now}{f' (computed with {changed})' if changed else ''}; expected the same"
+    )
+    look.warning("recompute", message, f"`tribopipe reproduce {name}` shows them all", part)
+
+
+def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]:
+    """Look at a file of the archive by its path in it; return what was found, and what other files have to agree with.
+
+    Damage of one file is given in what was found, never raised.
+    """
+    look, path = Look(name), archive / name
+    if path.is_symlink():
+        look.note("file", "found a link; expected the file itself", "make sure that its target is kept as long", "")
+    try:
+        return look, _look_inside(path, look)
+    except ArchiveError as error:
+        look.refused("content", error)
+    except OSError as error:
+        why = f"cannot be read ({error.strerror or error}); expected a readable file"
+        look.error("file", why, mended_by(error.errno or 0))
+    return look, None
+
+
+def _look_inside(path: Path, look: Look) -> SeenRun | SeenStudy | None:
+    if is_sealed(path):
+        try:
+            check_every_byte(path)
+        except ArchiveError as error:
+            look.refused("seal", error)
+            return None
+    is_study = look.name.startswith(f"{STUDIES}/")
+    with opened(path) as file:
+        check_format(file, path, STUDY_FORMAT if is_study else RUN_FORMAT)
+        check_nexus(read_tree(file, look), look)
+        return (look_into_study if is_study else look_into_run)(file, look, path.stem)
+
 
 Advance = Callable[[str], None]
 _ROUNDS = 5

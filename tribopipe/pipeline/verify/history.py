@@ -6,9 +6,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path, PurePosixPath
 
 from tribopipe.archive.file_signature import STUDIES, SUFFIX, stamps
-from tribopipe.archive.history.account import Account, Known
-from tribopipe.archive.history.chain import append
-from tribopipe.archive.history.entry import FILE_NAME, Entry, State, can_be_named, entry
+from tribopipe.archive.history import FILE_NAME, Account, Entry, Known, State, append, can_be_named, entry
 from tribopipe.archive.lock import share_of, writers_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.base.errors import ArchiveError, did_you_mean

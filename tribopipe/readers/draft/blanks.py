@@ -1,11 +1,12 @@
-"""What only the lab knows of a run: each key of run.toml with an example, and what it is in words."""
+"""What only the lab knows of a run: each key of run.toml with an example and in words, and the questions for it."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from tribopipe.readers.draft.known_values import bodies_of, example_of, sections
-from tribopipe.readers.draft.toml import toml, value_of
+from tribopipe.readers.draft.known_values import LOAD, Known, bodies_of, example_of, sections, toml, value_of
+from tribopipe.readers.draft.value_sources import take_radius
 
 
 class Blank(NamedTuple):
@@ -29,7 +30,7 @@ _SPECIMEN = {
     "surface_roughness": Blank('"0.07 um"', "roughness Ra before the test"),
     "vickers_hardness": Blank("1600.0", "Vickers hardness HV, a bare number"),
 }
-_PIN = {
+_PIN_BLANKS = {
     "shape": Blank('"spherical"', 'shape of the pin: "spherical", "flat" or "truncated-sphere"'),
     "radius": Blank('"3 mm"', "radius of the sphere, or of the flat end of a flat pin"),
     "flat_radius": Blank('"0.2 mm"', "radius of the flat on a truncated sphere before the test"),
@@ -40,7 +41,7 @@ _CURVED = {
 }
 _FLAT = {"rolling_radius": Blank('"20 mm"', "radius along the direction of rolling")}
 _BODIES = {
-    "pin": _PIN | _SPECIMEN,
+    "pin": _PIN_BLANKS | _SPECIMEN,
     "disc": _SPECIMEN,
     "curved_disc": _CURVED | _SPECIMEN,
     "flat_disc": _FLAT | _SPECIMEN,
@@ -119,3 +120,69 @@ def blanks_of(kind: str) -> Mapping[str, Blank]:
             }
             added |= {f"{table}.{name}": blank for name, blank in (own | _SPECIMEN).items()}
     return BLANKS | added
+
+
+Ask = Callable[[str], str]
+"""Shows a question and gives the answer, "" for none."""
+Say = Callable[[str], None]
+
+_YES = ("y", "yes")
+_BALL = re.compile(r"(?:D|dia[a-z]*|[Ø⌀∅])[\s=]*(?=\d)", re.IGNORECASE)
+_PIN = "contact.pin"
+_SHAPE = f"{_PIN}.shape"
+_OF_THE_RUN = (LOAD, "conditions.sliding_speed")
+_OF_A_PIN = ("shape", "radius", "flat_radius")
+_OF_EACH = ("material", "youngs_modulus", "poisson_ratio")
+_MORE_WORDS = {
+    LOAD: "; needed",
+    f"{_PIN}.radius": '; or "D = 6 mm" for a diameter',
+    _SHAPE: "; without a description of the bodies, only friction is evaluated",
+}
+
+
+def ask_for_missing(known: Known, ask: Ask, say: Say) -> None:
+    """Ask for what is not known, what is needed first; no answer leaves a key open."""
+    for key in _open_questions(known):
+        while answer := ask(_question(known, key)).strip():
+            problem = _answered(known, key, answer)
+            if problem is None:
+                break
+            say(problem)
+
+
+def _answered(known: Known, key: str, answer: str) -> str | None:
+    """Take an answer: y for what is offered, a ball by its diameter as "D = 6 mm", or a value."""
+    offer, ball = known.offered(key), _BALL.match(answer)
+    if offer is not None and answer.casefold() in _YES:
+        return known.take(key, offer.value, f"{offer.why}, accepted")
+    if key != f"{_PIN}.radius" or ball is None:
+        return known.take_typed(key, answer)
+    problem = known.take_typed(f"{_PIN}.diameter", answer[ball.end() :])
+    take_radius(known)
+    return problem
+
+
+def _open_questions(known: Known) -> Iterator[str]:
+    """Give the keys to ask for, judged again after each answer; of a pin whose shape is left open nothing is asked."""
+    for key in (*_OF_THE_RUN, *_of_the_bodies(known.kind)):
+        shapeless = key.startswith("contact.") and key != _SHAPE and _SHAPE not in known.given
+        if key not in known.given and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):
+            yield key
+
+
+def _of_the_bodies(kind: str) -> Iterator[str]:
+    """Give the keys of a pin and its counterbody, and none of two discs."""
+    if _PIN not in bodies_of(kind):
+        return
+    for table in bodies_of(kind):
+        needed = (name for name, field in sections()[table].model_fields.items() if field.is_required())
+        own = _OF_A_PIN if table == _PIN else tuple(name for name in needed if name not in _OF_EACH)
+        yield from (f"{table}.{name}" for name in (*own, *_OF_EACH))
+
+
+def _question(known: Known, key: str) -> str:
+    blank = blanks_of(known.kind)[key]
+    doubts = [f"{doubt.value}: {doubt.why}" for doubt in known.doubts.get(key, [])]
+    yes = ["y accepts it"] if known.offered(key) else []
+    told = "; ".join([*(doubts or [f"such as {blank.value}"]), *yes, "Enter leaves it open"])
+    return f"{key}, {blank.words}{_MORE_WORDS.get(key, '')} ({told})"

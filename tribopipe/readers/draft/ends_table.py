@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 from tribopipe.base.errors import ManifestError, UnitError, did_you_mean
 from tribopipe.base.units import with_point
 from tribopipe.documents.manifest import EndValues
-from tribopipe.readers.column_aliases import plain
-from tribopipe.readers.column_names import split_name
+from tribopipe.readers.column_meanings import plain
 from tribopipe.readers.draft.known_values import Given, sections, shared_key
 from tribopipe.readers.export_files import open_export
 from tribopipe.readers.formats.workbook import WorkbookReader
 from tribopipe.readers.header_facts import key_of
-from tribopipe.readers.registry import is_sure
+from tribopipe.readers.reader import is_sure
+from tribopipe.readers.tables import split_name
 from tribopipe.readers.text import Row, decode, sampled_rows
 
 _RUN_NAMES = (

@@ -12,21 +12,27 @@ from pathlib import Path
 from typing import Any
 
 from tribopipe.base.errors import ManifestError, ReaderError
-from tribopipe.base.interrupts import undone_by
+from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, EndValues, RunManifest, is_described
 from tribopipe.documents.record import read_document
 from tribopipe.documents.template import read_template
-from tribopipe.readers.draft.columns import friction_left_open
+from tribopipe.readers.draft.blanks import Ask, Say, ask_for_missing
 from tribopipe.readers.draft.ends_table import is_of_tests
-from tribopipe.readers.draft.gathering import gather, take_radius
-from tribopipe.readers.draft.grouping import Group, grouped
-from tribopipe.readers.draft.hints import doubt_names
 from tribopipe.readers.draft.known_values import Given, Known
-from tribopipe.readers.draft.profiles import Measured, add_profiles, profiles_left_open, read_profile, which_profile
-from tribopipe.readers.draft.questions import Ask, Say, ask_for_missing
-from tribopipe.readers.draft.recorded import propose_recorded
-from tribopipe.readers.draft.splitting import sheets_of, split_steps, steps_left_together
-from tribopipe.readers.draft.writing import Draft, manifest_text
+from tribopipe.readers.draft.run_files import (
+    Group,
+    Measured,
+    add_profiles,
+    grouped,
+    profiles_left_open,
+    read_profile,
+    sheets_of,
+    split_steps,
+    steps_left_together,
+    which_profile,
+)
+from tribopipe.readers.draft.run_toml import Draft, friction_left_open, manifest_text
+from tribopipe.readers.draft.value_sources import doubt_names, gather, propose_recorded, take_radius
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.reader import Hints

@@ -1,8 +1,14 @@
-"""What is known of a run before its run.toml is written: by key, and by whose word."""
+"""What is known of a run before its run.toml is written: by key, and by whose word.
 
+With how single values are written as TOML, and read from what a person types.
+"""
+
+import json
+import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from datetime import date, datetime
+from datetime import date, datetime, time
 from functools import cache
 from typing import Annotated, Any, NamedTuple, cast
 
@@ -12,9 +18,50 @@ from tribopipe.base.errors import UnitError, did_you_mean
 from tribopipe.base.units import with_point
 from tribopipe.documents.contact_kinds import contact_named, contacts
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, Conditions, EndValues, RunManifest, Sensors, StatedFriction
-from tribopipe.documents.pin_on_disc import PinOnDisc
-from tribopipe.documents.record import Record, first_problem
-from tribopipe.readers.draft.toml import value_of
+from tribopipe.documents.pin_on_flat import PinOnDisc
+from tribopipe.documents.record import Record, first_problem, quoted
+
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+_LONGEST_COMMENT = 200
+
+
+def toml(value: Any) -> str:
+    """Write a value as TOML does."""
+    if isinstance(value, str):
+        return quoted(value)
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{toml_key(key)} = {toml(inner)}' for key, inner in value.items())} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
+    if isinstance(value, datetime | date | time):
+        return value.isoformat()
+    return json.dumps(value)
+
+
+def toml_key(key: str) -> str:
+    """Write a key, in quotes where it needs them."""
+    return key if _BARE_KEY.fullmatch(key) else quoted(key)
+
+
+def one_line(text: str) -> str:
+    """Write a text in one line, without control characters."""
+    return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
+
+
+def comment(text: str) -> str:
+    """Write a text so that it can stand behind #."""
+    plain = one_line(text)
+    return plain if len(plain) <= _LONGEST_COMMENT else plain[: _LONGEST_COMMENT - 1] + "…"
+
+
+def value_of(text: str) -> Any:
+    """Give the value that a text is in TOML: 0.24, 2006-03-01, { value = "50 N" }; the text itself where it is none."""
+    try:
+        document = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return document["value"] if list(document) == ["value"] else text
+
 
 Values = Mapping[str, Any]
 """By dotted key of run.toml, as run.toml writes them."""

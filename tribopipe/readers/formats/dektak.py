@@ -30,12 +30,12 @@ from dataclasses import dataclass, replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.column_names import split_name
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.headed_tables import head_lines, refused
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.tables import split_name
 from tribopipe.readers.text import Text, decode, sample_lines, split_rows, trimmed
 from tribopipe.results.run import SourceFile
 

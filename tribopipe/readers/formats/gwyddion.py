@@ -30,9 +30,8 @@ from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import together
 from tribopipe.readers.layout import Layout
-from tribopipe.readers.placeholders import is_gap
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import is_gap, is_number
 from tribopipe.readers.text import BLANKS, Text, decode, sample_lines
 from tribopipe.results.run import SourceFile
 

@@ -28,12 +28,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.readers.column_names import bare_name, count_in, without_brackets
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, moment, refused, without_cut_row
-from tribopipe.readers.placeholders import is_gap
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import bare_name, count_in, is_gap, is_number, without_brackets
 from tribopipe.readers.text import decode, sample_lines, trimmed
 from tribopipe.results.run import SourceFile
 

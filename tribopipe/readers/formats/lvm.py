@@ -44,8 +44,13 @@ import numpy as np
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.column_names import count_in
-from tribopipe.readers.formats.blocks import (
+from tribopipe.readers.headed_tables import head_lines, moment, refused
+from tribopipe.readers.layout import Decimal, Layout
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.table_parts import SEGMENT
+from tribopipe.readers.tables import count_in
+from tribopipe.readers.text import Text, decode, trimmed
+from tribopipe.readers.text_blocks import (
     Block,
     Segment,
     count_rows,
@@ -57,11 +62,6 @@ from tribopipe.readers.formats.blocks import (
     sample_rows,
     with_meaning,
 )
-from tribopipe.readers.headed_tables import head_lines, moment, refused
-from tribopipe.readers.layout import Decimal, Layout
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.table_parts import SEGMENT
-from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.results.run import SourceFile
 
 _TITLE = re.compile(r"LabVIEW Measurement[\t,; ]*")

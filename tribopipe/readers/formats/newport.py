@@ -23,9 +23,8 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
-from tribopipe.readers.placeholders import PLACEHOLDER
 from tribopipe.readers.reader import Hints, Holds, Match, ReadTable
-from tribopipe.readers.tables import is_number
+from tribopipe.readers.tables import PLACEHOLDER, is_number
 from tribopipe.readers.text import decode, sample_lines
 from tribopipe.results.run import SourceFile
 

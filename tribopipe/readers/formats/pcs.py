@@ -52,8 +52,12 @@ from typing import NoReturn
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.column_names import bare_name
-from tribopipe.readers.formats.blocks import (
+from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
+from tribopipe.readers.layout import Layout
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.tables import bare_name, is_number
+from tribopipe.readers.text import Text, decode, trimmed
+from tribopipe.readers.text_blocks import (
     Block,
     Segment,
     decimal_sign,
@@ -65,11 +69,6 @@ from tribopipe.readers.formats.blocks import (
     sample_rows,
     with_meaning,
 )
-from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
-from tribopipe.readers.layout import Layout
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.tables import is_number
-from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.results.run import SourceFile
 
 _TITLE = re.compile(r"(?P<rig>[A-Za-z][\w .+-]{0,30}?) Test Data File")

@@ -25,8 +25,8 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.documents.signals import SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
+from tribopipe.readers.column_meanings import NEAR, roles_of, unit_kind
 from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
-from tribopipe.readers.open_units import NEAR, roles_of, unit_kind
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import decode, sample_lines

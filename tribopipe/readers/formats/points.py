@@ -24,13 +24,20 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
-from tribopipe.readers.ambiguity import find_doubt
-from tribopipe.readers.column_names import INTEGER, count_in, without_brackets
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.layout import Decimal, Layout
-from tribopipe.readers.placeholders import is_gap
+from tribopipe.readers.layout import Decimal, Layout, find_doubt
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.tables import Table, count_numbers, decimal_signs, has_quoted_commas, is_number
+from tribopipe.readers.tables import (
+    INTEGER,
+    Table,
+    count_in,
+    count_numbers,
+    decimal_signs,
+    has_quoted_commas,
+    is_gap,
+    is_number,
+    without_brackets,
+)
 from tribopipe.readers.text import BLANKS, SAMPLE_BYTES, Row, Text, decode, sample_lines, sampled_rows, trimmed
 from tribopipe.results.run import SourceFile
 

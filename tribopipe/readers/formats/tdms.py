@@ -34,10 +34,10 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.column_names import split_name
 from tribopipe.readers.fields import text_column
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.table_parts import is_time, join_parts, seconds_since_first
+from tribopipe.readers.tables import split_name
 from tribopipe.results.run import SourceFile
 
 _MAGIC = b"TDSm"

@@ -41,8 +41,12 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
-from tribopipe.readers.column_names import bare_name, count_in, is_unit_row, without_brackets
-from tribopipe.readers.formats.blocks import (
+from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.layout import Layout
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.tables import bare_name, count_in, is_unit_row, without_brackets
+from tribopipe.readers.text import BLANKS, LINE_END, Text, decode, sampled_rows, trimmed
+from tribopipe.readers.text_blocks import (
     Block,
     Segment,
     decimal_sign,
@@ -53,10 +57,6 @@ from tribopipe.readers.formats.blocks import (
     sample_rows,
     with_meaning,
 )
-from tribopipe.readers.headed_tables import head_lines, refused
-from tribopipe.readers.layout import Layout
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.text import BLANKS, LINE_END, Text, decode, sampled_rows, trimmed
 from tribopipe.results.run import SourceFile
 
 _CREATOR = re.compile(

@@ -24,8 +24,8 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import head_lines, refused
 from tribopipe.readers.layout import Layout
-from tribopipe.readers.placeholders import PLACEHOLDER
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.tables import PLACEHOLDER
 from tribopipe.readers.text import Text, decode, sample_lines, split_rows
 from tribopipe.results.run import SourceFile
 

@@ -13,6 +13,15 @@
 * A column of durations or times of day is given in seconds, a column of dates with times in seconds since the first.
 
 Reading takes the package python-calamine: pip install "tribopipe[excel]".
+
+The numeric sheet of an Optimol SRV is read as any other; what its columns mean is known:
+
+    Tick | Time | Temperature 1 | … | Frequency | … | Stroke sliding speed average value current | … | Load | … | Stroke
+         | [s]  | [°C]          | … | [Hz]      | … | [m/s]                                      | … | [N]  | … | [mm]
+
+* Names stand in row 1, units in brackets in row 2, one row of numbers per second below.
+* Friction stands there in several definitions (effective value, integral, peak): none is taken by itself.
+* The sliding speed is the mean over a stroke, 2·stroke·frequency.
 """
 
 import json
@@ -28,16 +37,47 @@ from typing import Any
 import numpy as np
 
 from tribopipe.base.errors import ReaderError
+from tribopipe.base.units import is_unit_of
+from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.formats.srv import with_srv_meanings
+from tribopipe.readers.headed_tables import bare_key
 from tribopipe.readers.layout import find_layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.sheets import several_tests, unknown_sheet
 from tribopipe.readers.subprocess_readers import answer_of
-from tribopipe.readers.table_parts import is_time, join_parts, seconds_since_first, tests_among
+from tribopipe.readers.table_parts import (
+    is_time,
+    join_parts,
+    seconds_since_first,
+    several_tests,
+    tests_among,
+    unknown_sheet,
+)
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import Text
 from tribopipe.results.run import SourceFile
+
+_MARKS = frozenset({"oelpumptemperature", "strokeslidingspeedaveragevaluecurrent", "frictionabsoluteintegral"})
+_SIGNALS: dict[str, tuple[SignalName, str]] = {
+    "time": ("time", "time"),
+    "temperature1": ("temperature", "temperature"),
+    "load": ("normal_force", "force"),
+    "strokeslidingspeedaveragevaluecurrent": ("sliding_speed", "speed"),
+}
+"""By name: the signal, and the kind of unit that it must have."""
+
+
+def with_srv_meanings(table: ReadTable) -> ReadTable:
+    """Report what the columns of an SRV mean; any other table stays as it is."""
+    if len(_MARKS & {bare_key(column.name) for column in table.columns}) < 2:
+        return table
+    columns = []
+    for column in table.columns:
+        signal, kind = _SIGNALS.get(bare_key(column.name), (None, ""))
+        fits = signal is not None and column.unit is not None and is_unit_of(column.unit, kind)
+        columns.append(replace(column, signal=signal) if fits else column)
+    note = "the columns are those of an Optimol SRV; its sliding speed is the mean over a stroke"
+    return replace(table, columns=tuple(columns), notes=(*table.notes, note))
+
 
 _HEAD_BYTES = 1 << 20
 _ZIP = b"PK\x03\x04"

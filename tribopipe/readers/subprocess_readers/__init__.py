@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.interrupts import undone_by
+from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.results.run import SourceFile
 
 _LEAST_SECONDS = 20.0

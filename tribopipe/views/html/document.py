@@ -1,26 +1,31 @@
-"""Reports of runs and of a study: one HTML document that holds all it shows, and neither runs nor loads anything."""
+"""Reports of runs and of a study: one HTML document that holds all it shows, and neither runs nor loads anything.
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+It states what was tested in a sentence, what several runs state of the same things in one table, and every option that
+steps were given, with its default.
+"""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from markupsafe import Markup
 
-from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.archived_run import RunOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS
 from tribopipe.archive.store import Archive
-from tribopipe.results.agreement import StudyResult
-from tribopipe.views.archived_figures import run_figures
+from tribopipe.base.units import show, show_force
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.slip import stated_slip
+from tribopipe.results.study import StudyResult
+from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption
 from tribopipe.views.archived_study_figures import study_figures
 from tribopipe.views.astm_g99 import ReportingItem, reporting_items
-from tribopipe.views.html.captions import RUN_CAPTIONS, study_caption
-from tribopipe.views.html.merging import Merged, Stated, merged
-from tribopipe.views.html.options import options_used
 from tribopipe.views.html.particulars import NOBODY, Addressed
-from tribopipe.views.html.rendering import rendered
-from tribopipe.views.html.svg import inline_svg
-from tribopipe.views.html.tested import conditions, tested
+from tribopipe.views.html.rendering import inline_svg, rendered
 from tribopipe.views.methods import PAPER, Evidence, methods_used, references_of
 from tribopipe.views.page import RunPage, StudyPage
 from tribopipe.views.run_page import run_page
@@ -28,6 +33,148 @@ from tribopipe.views.study_page import study_page
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+class Stated(NamedTuple):
+    """What one run states of a thing: nothing where it should and does not."""
+
+    subject: str
+    name: str
+    value: str | None
+
+
+class Merged(NamedTuple):
+    """What several runs state of a thing."""
+
+    subject: str
+    name: str
+    values: Mapping[str | None, tuple[str, ...]]
+    """Ids of runs by what they state; by none, of those that do not."""
+
+
+def merged(by_run: Mapping[str, Iterable[Stated]]) -> list[Merged]:
+    """Put together what runs state, subject by subject, in the order in which things first appear."""
+    found: dict[str, dict[str, dict[str | None, tuple[str, ...]]]] = {}
+    for run_id, stated in by_run.items():
+        for subject, name, value in stated:
+            values = found.setdefault(subject, {}).setdefault(name, {})
+            values[value] = (*values.get(value, ()), run_id)
+    return [Merged(subject, name, values) for subject, names in found.items() for name, values in names.items()]
+
+
+class Option(NamedTuple):
+    """One option as it was used."""
+
+    name: str
+    """As a recipe has it: "wear.correction"."""
+    value: str
+    default: str | None
+    """None for what no recipe states, such as the run that a prediction comes from."""
+    where: tuple[str, ...]
+    """Steps that used this value, where not all used the same."""
+
+    @property
+    def changed(self) -> bool:
+        """Whether it is another than the default."""
+        return self.default is not None and self.value != self.default
+
+
+def options_used(told: Mapping[str, Mapping[str, Any]]) -> list[Option]:
+    """Return what steps, by what people call them, were given."""
+    defaults = dict(_flat(Recipe().model_dump(mode="json", by_alias=True)))
+    found: dict[str, dict[str, tuple[str, ...]]] = {}
+    for step, options in told.items():
+        for name, value in _flat(options):
+            values = found.setdefault(name, {})
+            values[value] = (*values.get(value, ()), step)
+    return [
+        Option(name, value, defaults.get(name), steps if len(values) > 1 or name not in defaults else ())
+        for name, values in found.items()
+        for value, steps in values.items()
+    ]
+
+
+def _flat(options: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    for name, value in options.items():
+        if isinstance(value, Mapping) and "unit" not in value:
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", _written(value)
+
+
+def _written(value: Any) -> str:
+    """Write an option as a recipe would, in one line."""
+    if isinstance(value, Mapping) and "unit" in value:
+        return show(value["value"], value.get("standard_uncertainty"), value["unit"])
+    if isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
+        return "; ".join(_preprocessing_step(one) for one in value) or "none"
+    if isinstance(value, list):
+        return ", ".join(map(str, value)) or "none"
+    return "–" if value is None else value if isinstance(value, str) else json.dumps(value)
+
+
+def _preprocessing_step(step: Mapping[str, Any]) -> str:
+    """Write a step of preprocessing with what it was given."""
+    told = ", ".join(f"{name} = {_written(value)}" for name, value in step.items() if name != "step" and value)
+    return f"{step.get('step', '')}{f' ({told})' if told else ''}"
+
+
+def test_sentence(runs: Sequence[RunOutline]) -> str:
+    """Report what was tested in some runs: bodies, environment, loads, and how far at what speed."""
+    bodies = _several(" on ".join(_bodies_of(run)) for run in runs if run.manifest.bodies)
+    media = _several(run.manifest.conditions.medium for run in runs if run.manifest.conditions.medium)
+    loads = _several(load_of(run) for run in sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value))
+    parts = [
+        bodies or "bodies that are not described",
+        f" in {media}" if media else "",
+        f", under {loads}",
+        _course_of(runs),
+    ]
+    return "".join(parts) + "."
+
+
+def conditions(run: RunOutline) -> str:
+    """Name a run by its load, and two discs by slip and rotations too."""
+    found = stated_slip(run.manifest)
+    return load_of(run) if found is None else f"{load_of(run)}, {_slip_words(found)} slip, {_rotations(run)} rotations"
+
+
+def load_of(run: RunOutline) -> str:
+    """Write the nominal load of a run without its uncertainty."""
+    return show_force(run.manifest.conditions.normal_load.value)
+
+
+def _bodies_of(run: RunOutline) -> list[str]:
+    return [f"a {spoken(name)} of {body.material}" for name, body in run.manifest.bodies.items()]
+
+
+def _course_of(runs: Sequence[RunOutline]) -> str:
+    """Report how far the runs went, and at what speed."""
+    slips = {run.manifest.id: found for run in runs if (found := stated_slip(run.manifest)) is not None}
+    if slips:
+        rolled = sorted(
+            (run for run in runs if run.manifest.id in slips), key=lambda run: run.ends.get("rotations", 0.0)
+        )
+        turned = _several(map(_rotations, rolled))
+        return f", at {_several(map(_slip_words, slips.values()))} slip, over {turned} rotations of the crowned disc"
+    far = _several(show(run.ends["sliding_distance"], None, "m") for run in runs if "sliding_distance" in run.ends)
+    speeds = [run.manifest.conditions.nominal_speed for run in runs]
+    fast = _several(show(speed.value, None, "m/s", "mm/s") for speed in speeds if speed is not None)
+    return (f", over {far}" if far else "") + (f" at {fast}" if fast else "")
+
+
+def _slip_words(slip: Quantity) -> str:
+    return show(slip.value, None, "1", "%")
+
+
+def _rotations(run: RunOutline) -> str:
+    return f"{run.ends.get('rotations', 0.0):,.0f}"
+
+
+def _several(words: Iterable[str | None]) -> str:
+    """Join distinct words: "a, b and c"."""
+    each = [word for word in dict.fromkeys(words) if word]
+    return " and ".join([", ".join(each[:-1]), each[-1]]) if len(each) > 1 else "".join(each)
 
 
 class _FigureCard(NamedTuple):
@@ -179,7 +326,7 @@ def _report(
         standard=addressed.standard_of([run.manifest for run in outlines]),
         study=study,
         runs=runs,
-        tested=tested(outlines),
+        tested=test_sentence(outlines),
         methods=methods,
         references=references_of(methods),
         paper=PAPER,

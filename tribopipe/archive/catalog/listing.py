@@ -1,0 +1,372 @@
+"""Runs as a list gives them: its columns, what one run has in each, and the order of several.
+
+Nothing heavy is imported here: listing needs no units.
+"""
+
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal, NamedTuple
+
+from tribopipe.base.errors import QueryError, did_you_mean
+from tribopipe.base.files import natural_order
+from tribopipe.base.plugins import added
+
+ITEM = "\n"
+"""Separator between several texts of one run in the catalog."""
+
+
+@dataclass(frozen=True)
+class ListedColumn:
+    """One column: what it holds, and how it is shown."""
+
+    name: str
+    """As --where, --sort and --columns call it."""
+    label: str
+    """Heading, without the unit."""
+    help: str
+    """Meaning of the column."""
+    kind: Literal["number", "text", "date"] = "text"
+    unit: str = ""
+    """In which numbers are shown, as people read it; empty for texts and plain numbers."""
+    measures: str = ""
+    """What kind of number it is, by ``tribopipe.base.units.KINDS``."""
+    joint: str | None = None
+    """What stands between several texts of one run; none where there is one at most."""
+    shown: bool = False
+    """Whether it is listed before anybody chooses."""
+
+    @property
+    def heading(self) -> str:
+        """Label and unit: "load, mN"."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
+
+
+class Cell(NamedTuple):
+    """What a run has in a column: a number in SI, or a text; as it is shown, without the unit."""
+
+    value: float | str | None = None
+    standard_uncertainty: float | None = None
+    shown: str | None = None
+
+
+def _text(name: str, label: str, about: str, *, joint: str | None = None, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, joint=joint, shown=shown)
+
+
+def _number(name: str, label: str, about: str, measures: str, unit: str = "", *, shown: bool = False) -> ListedColumn:
+    return ListedColumn(name, label, about, kind="number", measures=measures, unit=unit, shown=shown)
+
+
+def _of_other_laws() -> Iterator[ListedColumn]:
+    """Give the columns of each wear law that another package adds; its name gives them, so that it is not loaded."""
+    for entry in added("tribopipe.laws"):
+        if entry.name.isidentifier():
+            law, by = entry.name, entry.name.replace("_", " ")
+            of_one = "of the pin or the crowned disc."
+            yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
+            yield _number(
+                f"k_d_{law}_disc",
+                f"k_D disc by {by}",
+                f"Wear coefficient by {by}, of the disc or the cylindrical disc.",
+                "wear coefficient",
+                _K_D,
+            )
+            yield _number(
+                f"predicted_depth_{law}", f"predicted depth by {by}", f"Wear depth predicted by {by}.", "length", "µm"
+            )
+
+
+PER_SI: Mapping[str, float] = {
+    "": 1.0,
+    "N": 1.0,
+    "m": 1.0,
+    "%": 1e2,
+    "mN": 1e3,
+    "mm": 1e3,
+    "mm/s": 1e3,
+    "µm": 1e6,
+    "mm³": 1e9,
+    "mm³/(N·mm)": 1e6,
+    "mm³/(N·m)": 1e9,
+    "nm/min": 6e10,
+}
+"""How many of a column's unit one SI unit is, so that listing needs no units; temperatures are shown as they are."""
+_K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
+
+_ALL = (
+    _text("id", "run", "Name of the run.", shown=True),
+    _text("mark", "mark", "Bad where the run is marked bad.", shown=True),
+    _text("tags", "tags", "Tags given to the run.", joint=", ", shown=True),
+    _text("title", "title", "One line about the run."),
+    _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
+    _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
+    _text("pin_material", "pin material", "Material of the pin."),
+    _text("disc_material", "disc material", "Material of the disc under the pin."),
+    _text("curved_disc_material", "crowned disc material", "Material of the crowned disc."),
+    _text("flat_disc_material", "cylindrical disc material", "Material of the cylindrical disc."),
+    _text("shape", "shape", "Shape of the pin."),
+    _number("radius", "radius", "Radius of the pin, or of the crowned disc's crown.", "length", "mm"),
+    _text("medium", "medium", "Environment or lubricant.", shown=True),
+    _number("load", "load", "Nominal normal load.", "force", "mN", shown=True),
+    _number("speed", "speed", "Nominal sliding speed, or speed of the crowned disc.", "speed", "mm/s"),
+    _number("distance", "distance", "Sliding distance at the end, recorded or planned.", "distance", "m"),
+    _number("rotations", "rotations", "Rotations of the crowned disc, recorded or planned.", "count"),
+    _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
+    _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
+    _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
+    _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
+    _number("friction_amplitude", "A", "Initial friction above the steady state, A of the fit.", "ratio"),
+    _number("running_in", "c", "Running-in distance, c of the fit.", "distance", "m"),
+    _number("mean_friction", "mean μ", "Mean friction coefficient over the whole run.", "ratio"),
+    _number("drift_rate", "drift", "Drift of the depth reading.", "drift rate", "nm/min"),
+    _number("discrepancy", "discrepancy", "Wear by the sensor minus the post-test measurement.", "length", "µm"),
+    _number(
+        "k_d",
+        "k_D",
+        "Wear coefficient by Archard's law, of the pin or the crowned disc.",
+        "wear coefficient",
+        _K_D,
+        shown=True,
+    ),
+    _number(
+        "k_d_sarkar",
+        "k_D by Sarkar",
+        "Wear coefficient by Sarkar's law, of the pin or the crowned disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number(
+        "k_d_disc",
+        "k_D disc",
+        "Wear coefficient by Archard's law, of the disc or the cylindrical disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number(
+        "k_d_sarkar_disc",
+        "k_D disc by Sarkar",
+        "Wear coefficient by Sarkar's law, of the disc or the cylindrical disc.",
+        "wear coefficient",
+        _K_D,
+    ),
+    _number("end_depth", "end depth", "Wear depth at the end, of the pin or of both discs together.", "length", "µm"),
+    _number("predicted_depth", "predicted depth", "Wear depth predicted by Archard's law.", "length", "µm"),
+    _number(
+        "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
+    ),
+    _number("wear_volume", "wear volume", "Wear volume of the pin or the crowned disc.", "volume", "mm³"),
+    _number(
+        "disc_wear_volume", "disc wear volume", "Wear volume of the disc or the cylindrical disc.", "volume", "mm³"
+    ),
+    _number("wear_rate", "wear rate", "Specific wear rate of the pin or crowned disc.", "wear coefficient", _RATE),
+    _number(
+        "disc_wear_rate",
+        "disc wear rate",
+        "Specific wear rate of the disc or cylindrical disc.",
+        "wear coefficient",
+        _RATE,
+    ),
+    ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
+    _text("operator", "operator", "Who ran the test."),
+    _text("instrument", "instrument", "Name of the tribometer."),
+    _text("comment", "comment", "Comment in run.toml."),
+    _text("stage", "stage", "Last step of the run.", shown=True),
+    _text("steps", "steps", "All steps of the run.", joint=", "),
+    _text("lacks", "lacks", "Missing inputs, such as a post-test measurement.", joint="; "),
+    _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
+    ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
+    _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
+    _text("marked_bad", "why bad", "Reason for the bad mark."),
+    _text("notes", "notes", "Notes on the run.", joint="; "),
+    _text("studies", "studies", "Studies that include the run.", joint=", "),
+    _text("verdicts", "agreement", "Agreement of the run with each law in these studies.", joint="; "),
+)
+
+COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
+"""By name, in the order in which they are listed."""
+
+ALIASES: Mapping[str, str] = {
+    "run": "id",
+    "tag": "tags",
+    "note": "notes",
+    "materials": "material",
+    "pin_radius": "radius",
+    "crown_radius": "radius",
+    "normal_load": "load",
+    "sliding_speed": "speed",
+    "sliding_distance": "distance",
+    "relative_humidity": "humidity",
+    "mu": "friction",
+    "μ": "friction",
+    "µ": "friction",
+    "k_d_archard": "k_d",
+    "date": "started",
+    "step": "steps",
+    "study": "studies",
+    "verdict": "verdicts",
+    "agreement": "verdicts",
+}
+"""Other names by which people ask for a column."""
+
+
+def step_called(words: str) -> str:
+    """Return the step that the column calls by these words."""
+    known = {said: step for step, said in _STEP_WORDS.items()}
+    if words in known:
+        return known[words]
+    begins, said = next((begins, said) for begins, said in reversed(_UNDER_LAWS.items()) if words.startswith(said))
+    return begins + words.removeprefix(said).replace(" ", "_").lower()
+
+
+def of_law(law: str) -> str:
+    """Return how the columns of a wear law end; those of Archard's have the plain names."""
+    return "" if law == "archard" else f"_{law}"
+
+
+def column_named(name: str, where: str = "") -> ListedColumn:
+    """Return a column by its name or alias, in any case, with - for _.
+
+    Raises ``QueryError``, which states ``where`` the name was found and which one is nearest.
+    """
+    plain = name.strip().replace("-", "_")
+    known = plain if plain in ALIASES else plain.lower()
+    column = COLUMNS.get(ALIASES.get(known, known))
+    if column is None:
+        raise QueryError(f"found {name!r}{where}; expected a column of the list; {_nearest(known)}")
+    return column
+
+
+def columns_named(names: str) -> list[ListedColumn]:
+    """Return the columns of a list such as "id,load". Raises ``QueryError`` where there is no such column."""
+    return [column_named(name, " among the columns") for name in names.split(",")]
+
+
+def _nearest(name: str) -> str:
+    near = did_you_mean(name, [*COLUMNS, *ALIASES])
+    return near if near.startswith("did") else "`tribopipe ls --columns help` names them all"
+
+
+_STEP_WORDS: Mapping[str, str] = {
+    "clean_up": "preprocessing",
+    "drift_correction": "drift",
+    "friction_fit": "friction",
+    "specific_wear": "specific wear",
+}
+_UNDER_LAWS = {"wear_fit_": "", "prediction_": "predicted by ", "local_wear_": "local wear by "}
+
+
+def step_words(step: str) -> str:
+    """Return what the column of that name calls a step of a run."""
+    for begins, words in _UNDER_LAWS.items():
+        if step.startswith(begins):
+            return words + step.removeprefix(begins).replace("_", " ").capitalize()
+    return _STEP_WORDS[step]
+
+
+class ListedRun:
+    """One run: what is known of it in each column."""
+
+    def __init__(self, row: sqlite3.Row, places: Mapping[str, int]) -> None:
+        self._row, self._places = row, places
+
+    def __getitem__(self, name: str) -> Any:
+        """Return what the catalog holds under a name; a row looks names up one by one, which takes long."""
+        return self._row[self._places[name]]
+
+    def __repr__(self) -> str:
+        return f"ListedRun({self.id!r})"
+
+    @property
+    def id(self) -> str:
+        """Name of the run."""
+        return str(self["id"])
+
+    def text(self, name: str) -> str:
+        """Return what is shown in a column, numbers without their unit; empty where nothing is known."""
+        return _shown_text(COLUMNS[name])(self)
+
+    def texts(self, name: str) -> list[str]:
+        """Return the texts of a column that can hold several, such as the tags."""
+        held = self[name]
+        return held.split(ITEM) if held else []
+
+    def number(self, name: str) -> float | None:
+        """Return a number in the unit of its column; none where nothing is known."""
+        return shown_number(COLUMNS[name])(self.value(name))
+
+    def spread(self, name: str) -> float | None:
+        """Return the standard uncertainty of a number in the unit of its column; none where nothing is known."""
+        return shown_number(COLUMNS[name], spread=True)(self.uncertainty(name))
+
+    def value(self, name: str) -> float | None:
+        """Return a number in SI; none if it is unknown."""
+        found: float | None = self[name]
+        return found
+
+    def uncertainty(self, name: str) -> float | None:
+        """Return the standard uncertainty of a number in SI; none where nothing is known."""
+        found: float | None = self[f"{name}_uncertainty"]
+        return found
+
+    def date(self, name: str) -> str | None:
+        """Return a date as run.toml has it, ISO 8601; none where nothing is known."""
+        found: str | None = self[name]
+        return found
+
+
+def texts_of(runs: Iterable[ListedRun], column: ListedColumn) -> list[str]:
+    """Return what is shown of several runs in one column, sooner than run by run."""
+    shown = _shown_text(column)
+    return [shown(run) for run in runs]
+
+
+@cache
+def _shown_text(column: ListedColumn) -> Callable[[ListedRun], str]:
+    """Return what reads the text of a column out of a run."""
+    name, joint = column.name, column.joint or " "
+    if column.kind == "number":
+        shown = f"{name}_shown"
+        return lambda run: run[shown] or ""
+    if column.kind == "date":
+        return lambda run: (run[name] or "")[:16].replace("T", " ")
+    return lambda run: (run[name] or "").replace(ITEM, joint)
+
+
+@cache
+def shown_number(column: ListedColumn, *, spread: bool = False) -> Callable[[float | None], float | None]:
+    """Return what turns SI into the unit of a column, in as many digits as are sure."""
+    from tribopipe.base.units import KINDS, from_si, interval_from_si
+
+    convert, si = interval_from_si if spread else from_si, KINDS[column.measures].si
+    return lambda value: None if value is None else float(f"{convert(value, si, column.unit):.15g}")
+
+
+def usual_columns(runs: Sequence[ListedRun]) -> list[ListedColumn]:
+    """Return the columns that are shown unless others are chosen, but for those of which nothing is known."""
+    usual = [column for column in COLUMNS.values() if column.shown]
+    return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
+
+
+def in_order(runs: Iterable[ListedRun], sort: str) -> list[ListedRun]:
+    """Return runs in the order of some columns, "material,-k_d"; unknown comes last, before and after a minus alike.
+
+    Raises ``QueryError`` where there is no such column.
+    """
+    ordered, names = list(runs), sort.split(",")
+    for name in ("id", *reversed(names)) if names[0] != "id" else ("id",):
+        column = column_named(name.strip().removeprefix("-"), " to sort by")
+        ordered = _by(ordered, column, descending=name.strip().startswith("-"))
+    return ordered
+
+
+def _by(runs: list[ListedRun], column: ListedColumn, *, descending: bool) -> list[ListedRun]:
+    key: Callable[[ListedRun], Any] = (
+        (lambda run: run.value(column.name))
+        if column.kind == "number"
+        else (lambda run: natural_order(run.text(column.name).casefold()))
+    )
+    known = [run for run in runs if run.text(column.name)]
+    unknown = [run for run in runs if not run.text(column.name)]
+    return [*sorted(known, key=key, reverse=descending), *unknown]

@@ -1,1 +1,0 @@
-"""The history of an archive: one line for each write, chained by checksums, by which loss and exchange are seen."""

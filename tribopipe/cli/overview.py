@@ -1,0 +1,306 @@
+"""A run or a study on less than a screen: what was tested and found, k_D under each law, and problems."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from tribopipe.archive.steps import PREDICTIONS
+from tribopipe.base.errors import ArchiveError
+from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, from_si, interval_from_si, pretty, signed
+from tribopipe.cli.listing import Cells, chosen_columns, rows_of
+from tribopipe.cli.output import line_width, print_result, table
+from tribopipe.cli.pages import heading, paragraph, show_facts, show_head
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.quantity import Quantity, between
+from tribopipe.physics.laws import law_heading, law_title
+from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.finding import Finding, title
+from tribopipe.results.specific_wear import SpecificWear
+from tribopipe.results.study import AGREEMENT, BodyVerdict, LawResult, RunVerdict, StudyResult
+from tribopipe.results.wear_fit import WearFit, by, fits_of
+from tribopipe.results.wear_prediction import WearPrediction
+from tribopipe.views.page import Fact, RunPage
+from tribopipe.views.run_page import run_page
+
+if TYPE_CHECKING:
+    from tribopipe.archive.archived_run import RunOutline
+    from tribopipe.archive.store import Archive
+
+
+def number(quantity: Quantity, unit: str) -> Number:
+    """Return a quantity as a value and its standard uncertainty, in a unit."""
+    u = quantity.standard_uncertainty
+    value = float(from_si(quantity.value, quantity.unit, unit))
+    return value, None if u is None else float(interval_from_si(u, quantity.unit, unit))
+
+
+Problems: TypeAlias = dict[tuple[str, str], list[str]]
+"""Runs by the severity and the code of what was found in them."""
+
+
+def by_kind(found: Iterable[tuple[str, Finding]]) -> Problems:
+    """Return the runs that have each problem, each once."""
+    problems: Problems = {}
+    for run_id, finding in found:
+        ids = problems.setdefault((finding.severity, finding.code), [])
+        if run_id not in ids:
+            ids.append(run_id)
+    return problems
+
+
+def short_lines(problems: Problems, width: int | None, most: int) -> list[str]:
+    """Write problems as lines that fit a width, as many as ``most``; the last one counts those that are left."""
+    shown = list(problems.items()) if len(problems) <= most else list(problems.items())[: most - 1]
+    lines = [_shortened(f"{severity}: {title(code)}: ", ids, width) for (severity, code), ids in shown]
+    if len(shown) < len(problems):
+        lines.append(f"and {len(problems) - len(shown)} more: `tribopipe show RUN`, or -v")
+    return lines
+
+
+def _shortened(what: str, ids: Sequence[str], width: int | None) -> str:
+    """Name as many runs as fit on a line, and count the others."""
+    for named in range(len(ids), 0, -1):
+        left = f" and {len(ids) - named} more" if named < len(ids) else ""
+        line = f"{what}{', '.join(ids[:named])}{left}"
+        if width is None or len(line) <= width:
+            return line
+    return f"{what}{len(ids)} run{'' if len(ids) == 1 else 's'}"
+
+
+_OF_BODIES = ("material", "shape", "radius", "radius of the flat", "crown radius", "diameter")
+"""What is stated about a body; of its radius and diameter the first one."""
+_WARNINGS, _REMARKS = 4, 2
+"""As many findings and remarks are named."""
+
+
+def show_run_overview(store: "Archive", run_id: str) -> None:
+    """Show a run to people in short."""
+    page, outline = run_page(store, run_id), store.outline(run_id)
+    show_head(page)
+    tested, found = list(_tested(page, outline)), list(_found(store, outline))
+    width = max((len(fact.name) for fact in (*tested, *found)), default=0)
+    print_result("")
+    show_facts(tested, width)
+    if found:
+        heading("Results", "(± is one standard uncertainty)")
+        show_facts(found, width)
+    _show_warnings(page)
+    print_result(f"\n{store.path(run_id)}")
+    print_result(f"All details: `tribopipe show {run_id} -v`")
+
+
+def _tested(page: RunPage, outline: "RunOutline") -> Iterator[Fact]:
+    groups = {group.title: group.facts for group in page.facts}
+    for name in outline.manifest.bodies:
+        facts = {fact.name: fact.value for fact in groups.get(spoken(name).capitalize(), ())}
+        words = [facts[one] if one in _OF_BODIES[:2] else f"{one} {facts[one]}" for one in _OF_BODIES if one in facts]
+        yield Fact(spoken(name), ", ".join(words[:3]))
+    for group in ("Conditions", "Recorded", "Post-test measurements"):
+        if groups.get(group):
+            yield Fact(group.lower(), "; ".join(f"{fact.name} {fact.value}" for fact in groups[group]))
+    cleaned = next((step.result for name, step in outline.steps.items() if name == "clean_up"), None)
+    if isinstance(cleaned, CleanUp) and cleaned.changes:
+        yield Fact("preprocessing", ", ".join(dict.fromkeys(change.step for change in cleaned.changes)))
+    for remark in page.remarks[-_REMARKS:]:
+        yield Fact(remark.kind, f"{remark.text} ({remark.date[:10]})")
+    if page.studies:
+        yield Fact("studies", ", ".join(page.studies))
+
+
+def _found(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
+    results = {name: step.result for name, step in outline.steps.items()}
+    friction, drift, wear = (results.get(name) for name in ("friction_fit", "drift_correction", "specific_wear"))
+    if isinstance(friction, FrictionFit):
+        yield from _of_friction(friction)
+    if isinstance(drift, DriftCorrection) and drift.drift_rate is not None:
+        yield Fact("drift", drift.drift_rate.shown("nm/min"))
+    if isinstance(wear, SpecificWear):
+        yield from _of_wear(wear, outline)
+    for fit in fits_of(results.values()):
+        yield from _of_fit(fit, outline)
+        predicted = results.get(PREDICTIONS[fit.model])
+        if isinstance(predicted, WearPrediction):
+            yield from _of_prediction(predicted, outline)
+    yield from _of_studies(store, outline)
+
+
+def _of_friction(friction: FrictionFit) -> Iterator[Fact]:
+    if friction.steady_state is not None:
+        yield Fact("steady-state μ", str(friction.steady_state))
+    if friction.mean is not None:
+        yield Fact("mean μ", str(friction.mean))
+    if friction.running_in_distance is not None:
+        yield Fact("running-in distance c", friction.running_in_distance.shown("m"))
+
+
+def _of_wear(wear: SpecificWear, outline: "RunOutline") -> Iterator[Fact]:
+    for name, body in wear.bodies.items():
+        told = (
+            _shown_in(body.volume, "mm^3"),
+            f"{body.depth.shown('um')} deep" if body.depth else "",
+            _shown_in(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
+        )
+        if any(told):
+            yield Fact(outline.manifest.worded(f"wear of the {spoken(name)}"), "; ".join(filter(None, told)))
+
+
+def _shown_in(quantity: "Quantity | None", unit: str) -> str:
+    return "" if quantity is None else quantity.shown(unit)
+
+
+def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
+    counted = "" if fit.distance_per_rotation is None else f", {fit.distance_per_rotation}"
+    law = f"by {law_title(fit.model)}{by(fit.engine)}{counted}"
+    for name, body in fit.bodies.items():
+        of = outline.manifest.worded(f"k_D of the {spoken(name)}")
+        yield Fact(of, f"{body.wear_coefficient.shown(WEAR_COEFFICIENT)}, {law}")
+        yield Fact("  95 % CI", between(body.interval, WEAR_COEFFICIENT))
+    if fit.parameters:
+        yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
+    if not fit.bodies and fit.lacks:
+        yield Fact("k_D", f"not found {law}: {' and '.join(fit.lacks)} missing")
+
+
+"""State once with what else the steps were computed when they were archived."""
+
+
+def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:
+    end = predicted.prediction[0]
+    bodies = "; ".join(f"{outline.manifest.worded(spoken(name))} {body}" for name, body in end.bodies.items())
+    source = f" from {predicted.reference}" if predicted.reference else ""
+    yield Fact("  predicted wear", f"{bodies}{source}")
+
+
+def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
+    """Give how the run agrees with each law of each study; a damaged study is passed over."""
+    run_id = outline.manifest.id
+    for study_id in store.studies_of(run_id):
+        with suppress(ArchiveError):
+            laws = store.study_outline(study_id).result.laws
+            words = [
+                f"{AGREEMENT[one.outcome]} with {law_heading(law.model)} ({one.role})"
+                for law in laws
+                for one in law.runs
+                if one.id == run_id
+            ]
+            if words:
+                yield Fact("agreement", f"{'; '.join(words)}: study {study_id}")
+
+
+def _show_warnings(page: RunPage) -> None:
+    """Name what speaks against the run; each is given in full with -v."""
+    named = [f"{one.severity}: {one.where}: {title(one.code)}" for one in page.findings if one.severity != "note"]
+    notes = len(page.findings) - len(named)
+    if notes:
+        named.append(f"{notes} note{'' if notes == 1 else 's'}")
+    if not named:
+        return
+    heading("Findings")
+    shown = named if len(named) <= _WARNINGS else named[: _WARNINGS - 1]
+    for line in shown:
+        paragraph(line)
+    if len(shown) < len(named):
+        paragraph(f"and {len(named) - len(shown)} more")
+
+
+_LINES, _ABOUT_A_LAW = 30, 6
+"""As many lines are filled on a terminal, and as many are not rows under each law."""
+_FEWEST, _LEFT_OUT, _PROBLEMS = 4, 3, 3
+"""As many rows are shown at least, and runs that were left out and problems at most."""
+
+
+class _Row(NamedTuple):
+    run: RunVerdict
+    name: str
+    body: BodyVerdict
+
+
+def show_study_overview(result: StudyResult, archived: bool = True) -> None:
+    """Show a study to people in short; ``archived`` states that `study show` has more of it."""
+    heading(result.id, apart=False)
+    paragraph("" if result.title in (None, result.id) else str(result.title))
+    for law in result.laws:
+        _show_law(law, _rows_per_law(len(result.laws)))
+    print_result("")
+    for one in result.left_out[:_LEFT_OUT]:
+        print_result(f"left out: {one.id} ({one.reason})")
+    if len(result.left_out) > _LEFT_OUT:
+        print_result(f"and {len(result.left_out) - _LEFT_OUT} more left out")
+    verdicts = [run for law in result.laws for run in law.runs]
+    warned = by_kind((run.id, one) for run in verdicts for one in run.findings if one.severity != "note")
+    for line in short_lines(warned, line_width(), _PROBLEMS):
+        print_result(line)
+    _show_extrapolations(verdicts)
+    quiet = [one for run in verdicts for one in run.findings if one.severity == "note"]
+    notes = len(result.notes) + len(quiet) + sum(len(run.notes) for run in verdicts)
+    more = f"{notes} note{'' if notes == 1 else 's'}, shapes" if notes else "Shapes"
+    how = f"`tribopipe study show {result.id} -v`" if archived else "-v"
+    print_result(f"{more} of the curves and intervals: {how}")
+
+
+def _show_extrapolations(verdicts: Sequence[RunVerdict]) -> None:
+    """Name the runs that are predicted outside what the model was tested for."""
+    beyond = dict.fromkeys(run.id for run in verdicts for note in run.notes if note.startswith("extrapolation"))
+    if beyond:
+        print_result(f"extrapolation, see the notes: {', '.join(beyond)}")
+
+
+def _rows_per_law(laws: int) -> int | None:
+    return None if line_width() is None else max(_FEWEST, (_LINES - 4 - _ABOUT_A_LAW * laws) // max(1, laws))
+
+
+def _show_law(law: LawResult, room: int | None) -> None:
+    counted = "" if law.distance_per_rotation is None else f", {law.distance_per_rotation}"
+    heading(f"{law_heading(law.model)}{by(law.engine)}{counted}")
+    for name, body in law.bodies.items():
+        interval = between(body.interval, WEAR_COEFFICIENT)
+        paragraph(f"k_D of the {spoken(name)} {body.wear_coefficient.shown(WEAR_COEFFICIENT)}; 95 % CI {interval}")
+    rows = [_Row(run, name, body) for run in law.runs for name, body in run.bodies.items()]
+    if not rows:
+        return
+    taken = rows if room is None or len(rows) <= room else rows[: room - 1]
+    columns = {one.name: one for one in _verdict_columns(taken)}
+    ranked = [
+        name
+        for name in ("run", "body", "agreement", "E_n", "measured", "law", "role", "slip", "load")
+        if name in columns
+    ]
+    shown = chosen_columns({name: columns[name] for name in ranked}, list(columns))
+    table("", [one.heading for one in shown], rows_of(shown), spaced=False)
+    if len(taken) < len(rows):
+        print_result(f"and {len(rows) - len(taken)} more")
+
+
+def _verdict_columns(rows: Sequence[_Row]) -> Iterator[Cells]:
+    yield Cells("run", "run", [row.run.id for row in rows])
+    if len({row.name for row in rows}) > 1:
+        yield Cells("body", "body", [spoken(row.name) for row in rows])
+    yield Cells("role", "role", [row.run.role for row in rows])
+    loads = [row.run.normal_load for row in rows]
+    unit = "N" if min(load.value for load in loads) >= 1 else "mN"
+    yield Cells("load", f"load, {unit}", [rounded_value(number(load, unit)) for load in loads])
+    if any(row.run.slip is not None for row in rows):
+        yield Cells("slip", "slip", [row.run.slip.shown("%") if row.run.slip else NOTHING for row in rows])
+    yield from _compared(rows)
+    yield Cells("E_n", "E_n", [f"{signed(row.body.e_n, 2):>6}" for row in rows])
+    yield Cells("agreement", "agreement", [AGREEMENT[row.body.outcome] for row in rows])
+
+
+def _compared(rows: Sequence[_Row]) -> Iterator[Cells]:
+    """Give what was measured and what the law gives, in one unit, or each with its own where not all are alike."""
+    pairs = [(row.body.measured, row.body.predicted) for row in rows]
+    units = {_UNITS.get(row.body.measured.unit, row.body.measured.unit) for row in rows}
+    for at, head in enumerate(("measured", "by the law")):
+        name = "measured" if at == 0 else "law"
+        if len(units) > 1:
+            yield Cells(name, head, [pair[at].shown(_UNITS.get(pair[at].unit)) for pair in pairs])
+            continue
+        unit = next(iter(units))
+        power = power_for([number(one, unit) for pair in pairs for one in pair])
+        cells = in_power([number(pair[at], unit) for pair in pairs], power)
+        yield Cells(name, f"{head}, {cells.unit(pretty(unit))}", cells.cells)
+
+
+_UNITS = {"m": "um", "m^3": "mm^3"}

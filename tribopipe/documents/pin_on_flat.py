@@ -1,0 +1,53 @@
+"""A pin or ball on a flat counterbody, as run.toml describes it.
+
+The counterbody is a disc that rotates or goes there and back (ASTM G99), or a flat on which the pin slides there and
+back (ASTM G133).
+"""
+
+from typing import Any, ClassVar, Literal
+
+from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+
+
+class PinOnDisc(SlidingPin):
+    """A pin pressed on a rotating disc."""
+
+    kind: Literal["pin-on-disc"]
+    """Type of tribometer."""
+    pin: Pin
+    """The pin."""
+    disc: Specimen
+    """The disc."""
+
+    both: ClassVar[str] = "pin + disc"
+    title: ClassVar[str] = "a pin on a disc"
+
+
+class Reciprocating(SlidingPin):
+    """A pin or ball that slides there and back on a flat."""
+
+    kind: Literal["reciprocating"]
+    """Type of tribometer."""
+    pin: Pin
+    """The pin, or as [contact.ball] with its diameter a ball."""
+    flat: Specimen
+    """The flat."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
+    both: ClassVar[str] = "pin + flat"
+    title: ClassVar[str] = "a pin that slides there and back on a flat"
+    standard: ClassVar[str] = "g133"
+
+    def refuse_conditions(self, conditions: Any) -> None:
+        """Raise ``ValueError`` for a motion without a stroke, and for one in a circle."""
+        turning = next((name for name in ("track_radius", "rotational_speed") if getattr(conditions, name)), None)
+        if turning is not None:
+            raise ValueError(
+                f"conditions.{turning}: found one in a reciprocating run; expected stroke and frequency; remove it, "
+                'or write kind = "pin-on-disc"'
+            )
+        if conditions.stroke is None:
+            raise ValueError(
+                "conditions.stroke: missing; expected the length of one stroke, over which the flat wears; add "
+                'stroke = "10 mm" or the like'
+            )

@@ -1,0 +1,112 @@
+"""What was measured on the specimens, before it is turned into wear: named, with its uncertainty and who stated it.
+
+`combined` gives functions of measured quantities with their combined standard uncertainty (JCGM 100:2008).
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tribopipe.base.errors import FitError
+from tribopipe.documents.quantity import EndValue, Quantity, of_readings
+from tribopipe.evaluation.measurements.track_profile import Track, worn_area
+from tribopipe.physics.autocorrelation import effective_samples
+from tribopipe.results.input_quantities import Source, stated_or_default
+from tribopipe.results.run import Profile, RawRun
+
+_NODE = math.sqrt(3)
+
+
+def combined(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:
+    """Return a function of independent quantities with its combined standard uncertainty (JCGM 100:2008, 5.1).
+
+    What each contributes is the root mean square of f − f(best) over a normal distribution, by Gauss–Hermite quadrature
+    with the nodes −√3u, 0 and √3u: u·|df/dx| where f is linear. Terms of second order are exact as well, so that a
+    derivative that vanishes, as that of a cap's volume at no wear, does not make the result certain (5.1.2, note). Of
+    a rectangular distribution the nodes are its ends and its middle, and the rule is Simpson's.
+    """
+    best = [float(one.value) for one in given]
+    value = float(function(*best))
+    shares = []
+    for place, one in enumerate(given):
+        spread = one.standard_uncertainty or 0.0
+        moved = ([*best[:place], best[place] + step * spread, *best[place + 1 :]] for step in (-_NODE, _NODE))
+        shares += [(function(*there) - value) / math.sqrt(6) for there in moved] if spread else []
+    return Quantity(value=value, unit=unit, standard_uncertainty=math.hypot(*shares))
+
+
+PinWay = Literal[
+    "pin_wear_depth",
+    "pin_scar_diameter",
+    "pin_scar_length",
+    "pin_scar_width",
+    "pin_wear_volume",
+    "pin_mass_loss",
+    "pin_profile",
+]
+DiscWay = Literal["disc_wear_depth", "disc_track_width", "disc_wear_volume", "disc_mass_loss", "disc_profile"]
+FEWEST_PLACES = 4
+"""Places along a track at which it should be measured (ASTM G99)."""
+
+
+A_MAP = 20
+"""Profiles of one specimen that no one takes singly."""
+
+
+@dataclass(frozen=True)
+class EndValueUsed:
+    """One post-test measurement as it enters the correction."""
+
+    name: str
+    quantity: Quantity
+    """Of the pin as it was measured, a mass as the volume it is; of the disc its depth."""
+    source: Source
+    per_radius: float = 0.0
+    """Its derivative by the pin's radius, where a profile was leveled on a sphere of that radius."""
+    on_unworn_track: float = 1.0
+    """What a pin worn as deep on a track that does not wear would have of it: less volume, a narrower scar."""
+
+
+def certain(value: EndValue, default: float) -> tuple[Quantity, Source]:
+    """Return a post-test measurement as a plain quantity with its standard uncertainty, stated or by default."""
+    plain = Quantity(value=value.value, unit=value.unit, standard_uncertainty=value.standard_uncertainty)
+    return stated_or_default(plain, default)
+
+
+def volume_of_mass(mass: Quantity, density: Quantity) -> Quantity:
+    """Return the volume m/ρ of a mass, m³."""
+    return combined(lambda m, rho: m / rho, (mass, density), "m^3")
+
+
+def profiles_at(run: RawRun, key: str) -> dict[str, Profile]:
+    """Return the profiles that run.toml names under a key such as "end_values.disc_profile", one or several."""
+    return {name: profile for name, profile in run.profiles.items() if name == key or name.startswith(f"{key}[")}
+
+
+def tracks_in(run: RawRun, profiles: Mapping[str, Profile], radius: float | None) -> list[Track]:
+    """Return the track of each profile. Raises ``FitError``, naming the profile, where there is none."""
+    found = []
+    for name, profile in profiles.items():
+        try:
+            found.append(worn_area(profile, radius))
+        except FitError as error:
+            raise FitError(f"{run.id}: {name}: {error}") from None
+    return found
+
+
+def over_places(found: Sequence[Quantity]) -> Quantity:
+    """Return the mean of what was measured at several places, with their scatter and what each is uncertain by itself.
+
+    u² = q²·s²/n + Σu²/n², with q as of repeated readings; what each is uncertain by is its own noise. Of so many
+    that they may be the lines of a map, s²/n counts as many as are independent of each other.
+    """
+    own = math.hypot(*(one.standard_uncertainty or 0.0 for one in found)) / len(found)
+    values = [one.value for one in found]
+    value, scatter = of_readings(values)
+    if len(values) >= A_MAP:
+        scatter = (scatter or 0.0) * math.sqrt(len(values) / effective_samples(np.asarray(values)))
+    spread = math.hypot(scatter or 0.0, own)
+    return Quantity(value=value, unit=found[0].unit, standard_uncertainty=spread)

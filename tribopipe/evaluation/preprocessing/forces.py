@@ -1,0 +1,157 @@
+"""Force signals: signs, and zeros taken from what a sensor reads while nothing touches.
+
+Compressive loads and friction in one direction are positive, and signals stated as reversed are inverted.
+
+When nothing touches, the lab may state. Otherwise the measured load shows: a run that begins or ends on a level
+stretch, from which the load then goes off by at least half the nominal load, did so without contact if that stretch
+reads zero, or less than zero seen in the direction of loading. A level above zero may be a small load, and is left
+alone; so is one that is no nearer to zero than half the step to the load, since it may be the load itself, upside
+down.
+"""
+
+import math
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import FrictionSign, PressingLoad, TurnOver, Zero
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
+from tribopipe.physics.autocorrelation import effective_samples
+
+_LEAST_LOAD = 0.05
+"""Share of the nominal load that a load measured upside down has at least."""
+_ONE_WAY = 0.9
+"""Share of the samples with friction that have the same sign in a test in one direction."""
+_FRICTIONS: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
+
+
+def pulls(load: Column, nominal: float) -> bool:
+    """Return whether a load reads negative where it is on, by at least a twentieth of the nominal load."""
+    some = fewer(load)
+    if not len(some) or np.min(some) >= 0:
+        return False
+    on = some[np.abs(some) >= np.percentile(np.abs(some), 95) / 2]
+    return bool(np.median(on) < -_LEAST_LOAD * nominal)
+
+
+def turn_load(bench: Bench, _: PressingLoad) -> None:
+    """Turn a load over that reads negative where it is on."""
+    load = bench.measured("normal_force")
+    if load is not None and pulls(load, bench.manifest.conditions.normal_load.value):
+        bench.put("normal_force", -load, "sign reversed", "negative under load", factor=-1.0)
+
+
+def turn_friction(bench: Bench, _: FrictionSign) -> None:
+    """Turn friction over that reads negative throughout a test in one direction."""
+    if bench.manifest.conditions.stroke is not None:
+        return
+    for name in _FRICTIONS:
+        friction = bench.measured(name)
+        if friction is not None and _is_negative(friction):
+            bench.put(name, -friction, "sign reversed", "negative in a unidirectional test", factor=-1.0)
+
+
+def turn_over(bench: Bench, step: TurnOver) -> None:
+    """Turn over what the recipe names, where it was measured."""
+    for name in dict.fromkeys(step.signals):
+        values = bench.measured(name)
+        if values is not None:
+            bench.put(name, -values, "sign reversed", "the recipe states that its sign is reversed", factor=-1.0)
+        elif name in bench.columns and bench.origins[name] != "measured":
+            bench.leave(name, "sign not reversed, since it was not measured", bench.origins[name])
+
+
+def _is_negative(friction: Column) -> bool:
+    some = fewer(friction)
+    if not len(some) or not np.median(some) < 0:
+        return False
+    rubbing = some[np.abs(some) > 0.2 * np.median(np.abs(some))]
+    return bool(np.mean(rubbing < 0) >= _ONE_WAY)
+
+
+_FEWEST = 10
+"""Samples of a level stretch."""
+_FEWEST_SEEN = 2
+"""Samples by which a zero and its uncertainty can be found."""
+_LEVEL = 0.02
+"""Share of the step to the load within which a stretch is level."""
+_NEARER = 0.5
+"""Share of the step to the load by which a level without contact is off zero at most."""
+_NOISE = 6.0
+"""Or standard deviations of its noise."""
+_TRIMMED = 0.1
+"""Share of a stretch, next to the loading, that is left out."""
+_TOLD = 2.0
+"""Standard uncertainties by which a reading differs from zero at least where it is subtracted."""
+
+
+def zero_forces(bench: Bench, step: Zero) -> None:
+    """Subtract the mean reading without contact from each force, and derive friction recorded with them again."""
+    where = _stated(bench, step) if step.windows else _unloaded(bench)
+    if where is None:
+        return
+    why = "in the stated windows" if step.windows else "without contact"
+    zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
+    if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
+        what = "the recorded coefficient is replaced by one calculated from the zeroed forces"
+        bench.leave_out("friction_coefficient", what, "the instrument calculates it from forces that are not zeroed")
+
+
+def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
+    """Subtract from a force its mean reading where nothing touches; return whether that was possible."""
+    force = bench.measured(name)
+    if force is None:
+        return False
+    seen = force[where & np.isfinite(force)]
+    if len(seen) < _FEWEST_SEEN:
+        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few")
+        return False
+    zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
+    uncertainty = spread / math.sqrt(effective_samples(seen))
+    if abs(zero) <= max(_TOLD * uncertainty, 1e-9 * float(np.nanmax(np.abs(force)))):
+        return False
+    offset = Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
+    what = f"zero of {offset.shown('mN')} subtracted"
+    bench.put(name, force - zero, what, f"mean of {len(seen)} samples {why}", offset=offset)
+    return True
+
+
+def _stated(bench: Bench, step: Zero) -> Selection:
+    time = bench.columns["time"]
+    inside = np.zeros(len(time), dtype=bool)
+    for window in step.windows:
+        inside |= (time >= window.start.value) & (time <= window.end.value)
+    return inside
+
+
+def _unloaded(bench: Bench) -> Selection | None:
+    """Find the level stretches without contact at either end of the run; none where the load does not show them."""
+    load = bench.measured("normal_force")
+    if load is None or len(load) < 2 * _FEWEST:
+        return None
+    nominal = bench.manifest.conditions.normal_load.value
+    first, last = _level_stretch(load, nominal), _level_stretch(load[::-1], nominal)
+    if first + last == 0 or first + last >= len(load):
+        return None
+    where = np.zeros(len(load), dtype=bool)
+    where[:first] = True
+    where[len(load) - last :] = True
+    return where
+
+
+def _level_stretch(load: Column, nominal: float) -> int:
+    """Return how many samples the level stretch without contact has with which the record begins; 0 where none."""
+    start = load[:_FEWEST]
+    if not np.all(np.isfinite(start)):
+        return 0
+    level, noise = float(np.median(start)), float(np.std(start))
+    low, high = np.percentile(fewer(load), [5, 95])
+    step = float(max(high - level, low - level, key=abs))
+    away = math.copysign(1.0, step)
+    if abs(step) < nominal / 2 or level * away > noise or abs(level) >= _NEARER * abs(step):
+        return 0
+    off = np.flatnonzero(np.abs(load - level) > max(_NOISE * noise, _LEVEL * abs(step)))
+    length = int((1 - _TRIMMED) * (off[0] if len(off) else len(load)))
+    return length if length >= _FEWEST else 0

@@ -1,0 +1,234 @@
+"""Wear from a known k_D for any contact: along a run, at other loads, distances and geometries.
+
+`wear_scenario` makes the scenario of what run.toml states, `predict_wear` predicts it; `fitted_curves` and
+`predicted_curves` give a law at each sample of a run with its 95 % band.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.slip import stated_slip
+from tribopipe.evaluation.load_and_friction import applied_load, run_path
+from tribopipe.evaluation.wear.inputs import default_notes, given_parameters
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
+from tribopipe.physics.friction_path import FrictionPath
+from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.finding import reworded
+from tribopipe.results.run import RawRun
+from tribopipe.results.wear_fit import LawValue, WearFit
+from tribopipe.results.wear_prediction import PredictedPoint, UsedCoefficient, WearCurves, WearPrediction
+
+
+def wear_scenario(
+    manifest: RunManifest,
+    known: KnownWear,
+    law: LawName = "archard",
+    friction: FrictionPath | None = None,
+    recipe: Recipe | None = None,
+    normal_load: Quantity | None = None,
+) -> Scenario:
+    """Return what run.toml states as a scenario, whatever its contact, under a law and a known k_D.
+
+    Parameters
+    ----------
+    manifest
+        What run.toml states: bodies, load, slip and speed.
+    known
+        k_D of each body, m²/N.
+    law
+        Name of the wear law.
+    friction
+        μ along the test, for laws that need it.
+    recipe
+        Default uncertainties and given parameters of laws.
+    normal_load
+        Another load than that of run.toml, N, such as the one that was recorded.
+
+    Raises
+    ------
+    ContactError
+        Where run.toml does not describe the bodies.
+    """
+    load = normal_load or manifest.conditions.normal_load
+    speed, slip = manifest.nominal_speed, stated_slip(manifest)
+    path = manifest.path
+    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path)
+
+
+def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:
+    """Return the scenario of a run's own contact, load and friction under a known k_D."""
+    path = run_path(run, friction, recipe.wear.friction)
+    return wear_scenario(run.manifest, known, law, path, recipe, applied_load(run, recipe))
+
+
+def fitted_curves(
+    run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
+) -> WearCurves | None:
+    """Return the fitted law along its run, with bands of what was fitted; none where nothing was, or along no run."""
+    known = known_wear(fit)
+    if known is None or not _along(fit):
+        return None
+    scenario = run_scenario(run, fit.model, known, friction, recipe or Recipe())
+    return WearCurves(fit, scenario.fitted_bands(run, fit))
+
+
+def _along(fit: WearFit) -> bool:
+    """Whether wear was fitted along the run, rather than k_D found by a lost volume."""
+    return bool(fit.measurements) or any(body.fitted_end_depth is not None for body in fit.bodies.values())
+
+
+def predicted_curves(run: RawRun, scenario: Scenario, prediction: WearPrediction) -> WearCurves:
+    """Return a prediction along the run it is made for; the bands are those of all its inputs."""
+    return WearCurves(prediction, scenario.bands(run))
+
+
+_NOTABLE_STEP_ERROR = 1e-3
+
+
+def predict_wear(
+    scenario: Scenario,
+    at: Sequence[float] = (),
+    *,
+    depths: Sequence[float] = (),
+    scheme: Literal["exact", "published"] = "exact",
+    steps: int | None = None,
+    reference: str | None = None,
+) -> WearPrediction:
+    """Predict wear of a contact, and where its first body, the pin or the crowned disc, reaches given depths.
+
+    Parameters
+    ----------
+    scenario
+        What wear is predicted for.
+    at
+        Places to predict at: sliding distances, m, or rotations of the crowned disc.
+    depths
+        Wear depths, m, whose place is wanted; found by the exact scheme in either case.
+    scheme
+        The limit of small steps, or the paper's explicit Euler steps, equal ones up to the largest place.
+    steps
+        Number of these steps; 50 000 for a pin, one per rotation for discs, by default.
+    reference
+        Run that k_D was identified from.
+
+    Returns
+    -------
+    WearPrediction
+        Wear at each place, in the order asked for, and how far off the published scheme is.
+
+    Raises
+    ------
+    ContactError
+        Where a body would be worn away.
+    FitError
+        Where a place or depth is below zero, or a depth is never reached.
+    """
+    places = _checked(scenario, at, depths)
+    state, error, taken = scenario.worn(places), None, None
+    if scheme == "published" and places.size:
+        end, last = float(places.max()), int(places.argmax())
+        taken = scenario.wear.usual_steps(end) if steps is None else steps
+        exact = float(scenario.first_depth(state)[last])
+        state = scenario.published(places, taken)
+        error = float(scenario.first_depth(state)[last]) / exact - 1 if exact else 0.0
+    prediction = WearPrediction(
+        model=scenario.model,
+        engine=scenario.known.engine,
+        scheme=scheme,
+        distance_per_rotation=None if scenario.slip is None else scenario.known.distance,
+        bodies={name: UsedCoefficient(wear_coefficient=found) for name, found in scenario.known.bodies.items()},
+        reference=reference,
+        normal_load=scenario.normal_load,
+        conditions=scenario.wear.conditions,
+        start=scenario.start,
+        steps=taken,
+        step_error=error,
+        notes=(*_notes(scenario, places), *_step_notes(scenario, places, error, taken)),
+        prediction=tuple(_timed(scenario, places, scenario.points(places, state))),
+        reached=tuple(_reached(scenario, depth) for depth in depths),
+        parameters=_law_values(scenario),
+    )
+    return reworded(prediction, scenario.contact.worded)
+
+
+def _checked(scenario: Scenario, at: Sequence[float], depths: Sequence[float]) -> Column:
+    places = np.asarray(at, dtype=float)
+    if not np.all(np.isfinite(places)) or np.any(places < 0):
+        what = scenario.contact.progress.words
+        raise FitError(f"prediction: found the {what} {list(at)}; expected none below zero; check --at")
+    if any(not depth >= 0 for depth in depths):
+        raise FitError(f"prediction: found the depths {list(depths)} m; expected none below zero; check --depth")
+    return places
+
+
+def _timed(scenario: Scenario, places: Column, points: Iterator[PredictedPoint]) -> Iterator[PredictedPoint]:
+    for place, point in zip(places.tolist(), points, strict=True):
+        yield point.model_copy(update={"time": _time(scenario, place)})
+
+
+def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
+    """Report where a depth is reached; its uncertainty is that of the depth there over the wear rate."""
+    place = scenario.place_at(depth)
+    first = scenario.first
+    if np.isinf(place):
+        raise FitError(
+            f"prediction: found a {spoken(first)} that does not wear; expected a wear coefficient above zero, or no "
+            "--depth"
+        )
+    at = np.asarray([place])
+    (point,) = scenario.points(at, scenario.worn(at))
+    worn, exact = point.bodies[first], Quantity(value=depth, unit="m")
+    spread = (worn.wear_depth.standard_uncertainty or 0.0) / float(scenario.rate(at)[0])
+    progress = scenario.contact.progress
+    there: Quantity = getattr(point, progress.signal)
+    return point.model_copy(
+        update={
+            progress.signal: there.model_copy(update={"standard_uncertainty": spread}),
+            "time": _time(scenario, place, spread),
+            "contact": point.contact if len(point.bodies) > 1 else point.contact.model_copy(update={"approach": exact}),
+            "bodies": point.bodies | {first: worn.model_copy(update={"wear_depth": exact})},
+        }
+    )
+
+
+def _time(scenario: Scenario, place: float, spread: float | None = None) -> Quantity | None:
+    if scenario.speed is None:
+        return None
+    one = scenario.contact.travel / scenario.speed.value
+    return Quantity(value=place * one, unit="s", standard_uncertainty=None if spread is None else spread * one)
+
+
+def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
+    """Return the parameters of the law that a prediction was made with; none where it has none."""
+    fitted = {one.name for one in scenario.known.parameters}
+    given = given_parameters(scenario.law, scenario.recipe).items()
+    stated = (LawValue(name=name, value=value, source="recipe") for name, value in given if name not in fitted)
+    return (*scenario.known.parameters, *stated) or None
+
+
+def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
+    if scenario.known.first.standard_uncertainty is None:
+        yield "k_D is assumed to be exact, since its standard uncertainty is not known"
+    for name in scenario.wear.bodies:
+        if name not in scenario.known.bodies:
+            yield f"the {spoken(name)} is assumed to be unworn, since no k_D above zero is known for it"
+    yield from scenario.notes(places)
+    yield from default_notes(scenario.inputs)
+
+
+def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: int | None) -> Iterator[str]:
+    if error is None or steps is None or abs(error) < _NOTABLE_STEP_ERROR:
+        return
+    side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps
+    yield (
+        f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {abs(error):.2%} {side}; the exact "
+        "scheme does not have this error"
+    )

@@ -1,0 +1,137 @@
+"""What our names mean, and what they are called in published vocabularies.
+
+Where a name is not listed, no identifier is known of it.
+
+Units: QUDT (qudt.org, CC BY 4.0), read from its units on 2026-08-05, with UCUM codes next to them. Neither has a unit
+of fracture toughness, Pa·m½.
+
+Quantities and things: TriboDataFAIR Ontology 0.1.1 (N. Garabedian et al., doi:10.1038/s41597-022-01429-9, CC BY 4.0),
+read from its OWL file. It describes how a test was set up. It has no class of a friction coefficient, friction force,
+wear depth, wear volume, wear coefficient, wear rate, drift, slip, contact pressure or elastic constant.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from tribopipe.documents.signals import SIGNALS
+from tribopipe.physics.laws import LAWS, law_title
+
+_QUDT = "http://qudt.org/vocab/unit/"
+_TRIBODATAFAIR = (
+    "https://raw.githubusercontent.com/nick-garabedian/TriboDataFAIR-Ontology/v0.1.1/TriboDataFAIR_Ontology.owl#"
+)
+
+
+class Unit(NamedTuple):
+    """A unit of tribopipe elsewhere."""
+
+    ucum: str | None
+    """Code by the Unified Code for Units of Measure; none where it has none."""
+    qudt: str | None
+    """Name in QUDT; none where it has none."""
+
+    @property
+    def iri(self) -> str | None:
+        """Identifier in QUDT."""
+        return None if self.qudt is None else f"{_QUDT}{self.qudt}"
+
+
+UNITS: Mapping[str, Unit] = {
+    "1": Unit("1", "UNITLESS"),
+    "m": Unit("m", "M"),
+    "um": Unit("um", "MicroM"),
+    "m^2": Unit("m2", "M2"),
+    "m^3": Unit("m3", "M3"),
+    "mm^3": Unit("mm3", "MilliM3"),
+    "s": Unit("s", "SEC"),
+    "1/s": Unit("s-1", "PER-SEC"),
+    "rad/s": Unit("rad.s-1", "RAD-PER-SEC"),
+    "m/s": Unit("m.s-1", "M-PER-SEC"),
+    "kg": Unit("kg", "KiloGM"),
+    "kg/m^3": Unit("kg.m-3", "KiloGM-PER-M3"),
+    "N": Unit("N", "N"),
+    "N*m": Unit("N.m", "N-M"),
+    "Pa": Unit("Pa", "PA"),
+    "Pa*m^0.5": Unit(None, None),
+    "K": Unit("K", "K"),
+    "m^2/N": Unit("m2.N-1", "M2-PER-N"),
+}
+"""By the unit as the archive writes it."""
+
+_TERMS: Mapping[str, str] = {
+    "test": "TribologicalExperiment",
+    "evaluation": "DataProcessing",
+    "tribometer": "Tribometer",
+    "pin-on-disc": "PinonDiscMachine",
+    "conditions.normal_load": "NormalLoadSetpoint",
+    "conditions.sliding_speed": "SlidingSpeedSetpoint",
+    "conditions.track_radius": "RadialPositionSetpoint",
+    "conditions.medium": "SurroundingMediumType",
+    "conditions.temperature": "UncontrolledEnvironmentTemperature",
+    "conditions.relative_humidity": "UncontrolledEnvironmentRelativeHumidity",
+    "material": "MaterialName",
+    "density": "ObjectMassDensity",
+    "radius": "ObjectRadius",
+    "diameter": "ObjectDiameter",
+    "width": "ObjectWidth",
+    "vickers_hardness": "HardnessMagnitude",
+    "time": "ExperimentElapsedTime",
+    "sliding_distance": "ExperimentTraveledDistance",
+    "temperature": "TemperatureMagnitude",
+    "relative_humidity": "RelativeHumidityMagnitude",
+    "normal_force": "ForceMagnitude",
+    "friction_force": "ForceMagnitude",
+}
+
+
+def term(name: str) -> str | None:
+    """Return the TriboDataFAIR identifier of a term of tribopipe; none if there is none."""
+    found = _TERMS.get(name)
+    return None if found is None else f"{_TRIBODATAFAIR}{found}"
+
+
+TERMS: Mapping[str, str] = {name: f"{_TRIBODATAFAIR}{found}" for name, found in _TERMS.items()}
+"""Every name that has one."""
+
+
+_ENDS: Mapping[str, str] = {
+    "_lower": "lower end of the 95 % band of",
+    "_upper": "upper end of the 95 % band of",
+    "_errors": "standard uncertainty of",
+}
+_MEANINGS: Mapping[str, str] = {
+    **{name: signal.meaning for name, signal in SIGNALS.items()},
+    "wear_depth": "wear of both bodies, corrected for drift, or by a wear law",
+    "pin_wear_depth": "the pin's part of the wear",
+    "fitted_friction_coefficient": "friction coefficient by the exponential fit",
+    **{law: f"wear by {law_title(law)}" for law in LAWS},
+    "curved_depth": "wear depth of the crowned disc",
+    "flat_depth": "wear depth of the cylindrical disc",
+    "curved_volume": "wear volume of the crowned disc",
+    "flat_volume": "wear volume of the cylindrical disc",
+    "half_width": "half axis of the contact across rolling",
+    "half_length": "half axis of the contact along rolling",
+    "pressure": "contact pressure",
+    "measured": "measured wear",
+    "predicted": "wear by the law",
+    "lower": "lower end of the 95 % band of the prediction",
+    "upper": "upper end of the 95 % band of the prediction",
+    "measurement": "the measurement",
+    "position": "place across the wear",
+    "height": "height, upwards out of the body",
+    "radius": "distance from the middle of the contact",
+    "across": "place across rolling",
+    "along": "place along rolling",
+    "wear": "depth worn at a place",
+    "gap": "gap between the unworn surfaces",
+}
+
+
+def meaning(column: str) -> str | None:
+    """Return what a column holds, by its name without unit; none for those that only the instrument knows."""
+    if column in _MEANINGS:
+        return _MEANINGS[column]
+    for end, said in _ENDS.items():
+        if column.endswith(end) and column.removesuffix(end) in _MEANINGS:
+            return f"{said} {_MEANINGS[column.removesuffix(end)]}"
+    return None

@@ -1,0 +1,239 @@
+"""A virtual instrument: what it reads of the truth, with errors and noise, and the run folder that it writes.
+
+Errors are drawn once per run, noise sample by sample, post-test measurements about the truth; run.toml, signals.csv
+and truth.json are written.
+"""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import OutputError
+from tribopipe.base.files import write_file
+from tribopipe.base.units import KINDS, from_si, interval_from_si
+from tribopipe.documents.contact import Pin, Specimen
+from tribopipe.documents.manifest import MANIFEST_NAME
+from tribopipe.documents.plan import RecordingSensors, Series, TwinDiscSeries
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.record import Record, quoted
+from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
+from tribopipe.evaluation.wear.inputs import law_with, read_parameters
+from tribopipe.physics.laws import WearLaw, law_named
+
+_PLACE = "law_parameters"
+
+
+def true_law(series: Series | TwinDiscSeries) -> WearLaw:
+    """Return the law of a series.
+
+    Raises ``FitError`` where it is not installed here, where a parameter is missing, or one is none of the law's.
+    """
+    law = law_named(series.law)
+    return law_with(law, read_parameters(law, series.law_parameters, _PLACE), f"{_PLACE} of the series")
+
+
+def true_parameters(law: WearLaw) -> dict[str, Quantity] | None:
+    """Return the parameters of a law in addition to k_D, in SI; none where it has none."""
+    known = law.parameters()
+    return {
+        name: Quantity(value=value, unit=KINDS[known[name].kind].si) for name, value in law.values().items()
+    } or None
+
+
+TrueValue = Callable[[Quantity], float]
+"""What makes the true value of a quantity out of the stated one."""
+
+
+def systematic_errors(seed: int, *, drawn: bool) -> TrueValue:
+    """Return what makes the true value of a quantity out of the stated one: another error each time, or none."""
+    # A stream of its own, so that the noise is the same with these errors and without.
+    rng = np.random.Generator(np.random.PCG64([seed, 1]))
+
+    def off(stated: Quantity) -> float:
+        error = (stated.standard_uncertainty or 0.0) * float(rng.standard_normal())
+        return stated.value + (error if drawn else 0.0)
+
+    return off
+
+
+def read_depth(true: Column, time: Column, sensors: RecordingSensors, rng: Generator) -> Column:
+    """Return the depth as digitised, m, from what the sensor would show at ``time``, s, without noise."""
+    noise = correlated(rng, len(time), sensors.depth_correlation_time.value * sensors.sampling_rate.value)
+    step = sensors.depth_resolution.value
+    return np.asarray(np.round((true + sensors.depth_noise.value * noise) / step) * step)
+
+
+def read_forces(
+    friction: Column, load: float, nominal: float, sensors: RecordingSensors, rng: Generator
+) -> tuple[Column, Column]:
+    """Return friction force and normal force as recorded, N, from the true friction coefficient and the true load.
+
+    The load cell shows the nominal load: by how much the true one is off is the error of its calibration.
+    """
+    count = len(friction)
+    noise = correlated(rng, count, sensors.friction_correlation_time.value * sensors.sampling_rate.value)
+    mu = friction + sensors.friction_noise.value * noise
+    wobble = 1 + sensors.load_noise.value * rng.standard_normal(count)
+    return mu * (load * wobble), nominal * wobble
+
+
+def correlated(rng: Generator, count: int, length: float) -> Column:
+    """Draw first-order autoregressive noise of unit variance that forgets itself over ``length`` samples."""
+    from scipy.signal import lfilter
+
+    memory = math.exp(-1 / length)
+    white = rng.standard_normal(count)
+    start = white[:1] * memory
+    shaped, _ = lfilter([math.sqrt(1 - memory**2)], [1.0, -memory], white[1:], zi=start)
+    return np.concatenate([white[:1], shaped])
+
+
+def measured(true: float, spread: float, rng: Generator, unit: str = "m") -> Quantity:
+    """Draw a post-test measurement about its true value."""
+    return Quantity(value=true + spread * float(rng.standard_normal()), unit=unit, standard_uncertainty=spread)
+
+
+SIGNALS_NAME, TRUTH_NAME = "signals.csv", "truth.json"
+
+
+class Written(NamedTuple):
+    """How a column stands in signals.csv."""
+
+    header: str
+    si: str
+    unit: str
+    decimals: int
+
+
+Layout = Mapping[str, Written]
+"""The columns of signals.csv in their order."""
+
+
+def require_simulated(folder: Path) -> None:
+    """Raise ``OutputError`` where a run folder holds another run than a simulated one, which may be written again."""
+    there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
+    if there and not (folder / TRUTH_NAME).is_file():
+        raise OutputError(
+            f"{folder}: found {there[0]}, and no {TRUTH_NAME} next to it; expected a new folder, or a simulated run; "
+            "name another folder"
+        )
+
+
+def write_run(folder: Path, layout: Layout, columns: Mapping[str, Column], manifest: list[str], truth: Record) -> None:
+    """Write a run folder from columns in SI and the lines of its manifest."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_file(folder / SIGNALS_NAME, _csv(layout, columns).encode("ascii"))
+    write_file(folder / MANIFEST_NAME, ("\n".join(manifest) + "\n").encode("utf-8"))
+    exact = truth.model_dump_json(by_alias=True, exclude_none=True)
+    document = json.dumps(json.loads(exact, parse_float=_same_on_every_machine), indent=2)
+    write_file(folder / TRUTH_NAME, (document + "\n").encode("ascii"))
+
+
+def _same_on_every_machine(digits: str) -> float:
+    """Read a number to 12 digits: processors differ in the last of 17, and the file is to be the same byte for byte."""
+    return float(f"{float(digits):.12g}")
+
+
+def _csv(layout: Layout, columns: Mapping[str, Column]) -> str:
+    shown = [
+        [f"{value:.{column.decimals}f}" for value in from_si(columns[name], column.si, column.unit).tolist()]
+        for name, column in layout.items()
+    ]
+    head = ",".join(column.header for column in layout.values())
+    return "\n".join([head, *map(",".join, zip(*shown, strict=True))]) + "\n"
+
+
+def manifest_head(run_id: str, started: datetime, title: str, instrument: str) -> list[str]:
+    """Return what every manifest begins with."""
+    return [
+        "#:schema ../../schemas/run.schema.json",
+        "# Synthetic: written by `tribopipe simulate`; truth.json next to it holds the true values.",
+        'schema = "tribopipe.run/1"',
+        f"id = {quoted(run_id)}",
+        f"started = {started.isoformat()}",
+        f"title = {quoted(title)}",
+        f"instrument = {quoted(instrument)}",
+        "",
+    ]
+
+
+def manifest_tail(
+    layout: Layout,
+    ends: Mapping[str, Quantity],
+    measured_by: Mapping[str, tuple[str, str]],
+    depth_scale: Quantity,
+    worded: Callable[[str], str] = str,
+) -> list[str]:
+    """Return the end of every manifest; ``measured_by`` gives unit in the file and method of each measurement.
+
+    ``worded`` gives the name of a post-test measurement in run.toml.
+    """
+    return [
+        "[[signals]]",
+        f"file = {quoted(SIGNALS_NAME)}",
+        "[signals.columns]",
+        *(f"{name} = {{ column = {quoted(column.header)} }}" for name, column in layout.items()),
+        "",
+        "[end_values]",
+        *(f"{worded(name)} = {written(value, *measured_by[name])}" for name, value in ends.items()),
+        "",
+        "[sensors]",
+        f"depth_scale = {written(depth_scale, '1')}",
+    ]
+
+
+_SPECIMEN_UNITS = {
+    "material": None,
+    "youngs_modulus": "GPa",
+    "poisson_ratio": "1",
+    "density": "g/cm^3",
+    "surface_roughness": "um",
+    "vickers_hardness": None,
+    "fracture_toughness": "MPa*m^0.5",
+    "diameter": "mm",
+}
+
+
+def specimen(body: Specimen) -> list[str]:
+    """Return the lines of what is known of any specimen."""
+    given = {name: getattr(body, name) for name in _SPECIMEN_UNITS}
+    lines = [
+        f"{name} = {written(value, _SPECIMEN_UNITS[name] or '') if isinstance(value, Quantity) else json.dumps(value)}"
+        for name, value in given.items()
+        if value is not None
+    ]
+    return [*_own_sizes(body), *lines]
+
+
+def _own_sizes(body: Specimen) -> list[str]:
+    """Return the lines of the sizes that a kind of counterbody has with what is known of any specimen."""
+    if isinstance(body, Pin | CurvedDisc | FlatDisc):
+        return []  # written where the order and the units of their keys are stated
+    own = [name for name in type(body).model_fields if name not in Specimen.model_fields]
+    sizes = {name: size for name in own if isinstance(size := getattr(body, name), Quantity)}
+    return [f"{name} = {written(size, 'mm' if size.unit == 'm' else size.unit)}" for name, size in sizes.items()]
+
+
+def written(quantity: Quantity, unit: str, method: str | None = None) -> str:
+    """Write a quantity as TOML, a table where it carries more than its value."""
+    value = _number(from_si(quantity.value, quantity.unit, unit), unit)
+    if quantity.standard_uncertainty is None and method is None:
+        return value
+    fields = [f"value = {value}"]
+    if quantity.standard_uncertainty is not None:
+        spread = interval_from_si(quantity.standard_uncertainty, quantity.unit, unit)
+        fields.append(f"standard_uncertainty = {_number(spread, unit)}")
+    if method is not None:
+        fields.append(f"method = {quoted(method)}")
+    return f"{{ {', '.join(fields)} }}"
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value:.6g}" if unit == "1" else quoted(f"{value:.6g} {unit}")

@@ -1,0 +1,363 @@
+"""What a study finds, of any contact: k_D of several runs, predictions with their bands, how far the law holds.
+
+Next to the records are the curves behind them, and what a further test would buy: which uncertainty to reduce, how far
+to slide, how often to repeat.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import Field
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import Correction, LawName
+from tribopipe.documents.record import Record
+from tribopipe.documents.signals import SignalName
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.results.finding import Finding
+from tribopipe.results.input_quantities import input_label
+
+Verdict = Literal["supported", "over-predicts", "under-predicts", "not decidable"]
+AGREEMENT: Mapping[str, str] = {
+    "supported": "consistent",
+    "over-predicts": "over-predicted",
+    "under-predicts": "under-predicted",
+    "not decidable": "inconclusive",
+}
+"""How people read a result: the agreement of the measured wear with the model."""
+Role = Literal["fitted", "predicted"]
+WornQuantity = Literal["wear_volume", "wear_depth", "track_width"]
+Interval = tuple[Quantity, Quantity]
+
+
+class Trend(Record):
+    """What is left of a run's residuals once k_D, zero offset and drift have taken theirs."""
+
+    p_value: float
+    """Probability of as much trend in noise alone (χ² with two degrees of freedom)."""
+    amplitude: Quantity
+    """Root mean square of the trend over the run, m."""
+
+
+class Exponent(Record):
+    """n of h ∝ sⁿ over the last three quarters of the distance; by the law ½ for a sphere far from its start."""
+
+    measured: Quantity
+    """By regression of ln h on ln s over the measured curve."""
+    by_law: float
+    """The same regression on the law's own curve."""
+
+
+class ChangePoint(Record):
+    """Where the wear rate leaves the law, if it does: one k_D before and another one after."""
+
+    sliding_distance: Quantity
+    """Most likely place."""
+    rate_ratio: float
+    """k_D after over k_D before."""
+    p_value: float
+    """Probability of so much gain by a change anywhere, in noise alone."""
+
+
+class LawComparison(Record):
+    """Archard's law against Sarkar's on the shape of one run, drift and k_D free (H. Akaike, 1974)."""
+
+    delta_aic: float
+    """AIC of Sarkar's law minus that of Archard's: above zero for Archard's."""
+    preferred: LawName | None
+    """The law that is better by more than 2; none where the data do not give it."""
+
+
+class EngineComparison(Record):
+    """k_D of one run by even and by local pressure, from the same data."""
+
+    giwm: Quantity
+    """By the Global Incremental Wear Model, which assumes uniform pressure over the contact."""
+    local: Quantity
+    """By the pressure at each point."""
+    trusted: WearEngine | None
+    """The local one where the two differ by more than their standard uncertainty; none where they do not."""
+
+
+class EndOfLife(Record):
+    """Where along a test the first body reaches a wear depth."""
+
+    wear_depth: Quantity
+    """The depth."""
+    place: Quantity
+    """Median of the draws: a sliding distance, or rotations."""
+    interval: tuple[Quantity, Quantity | None]
+    """95 % coverage interval; open above where k_D may be too small to get there."""
+
+
+class BodyVerdict(Record):
+    """The law against the wear of one body in a run."""
+
+    outcome: Verdict
+    """What the data show about the law for this body."""
+    what: WornQuantity
+    """What was measured at the end, by which the law is judged first."""
+    measured: Quantity
+    """As measured."""
+    predicted: Quantity
+    """By the law."""
+    predicted_interval: Interval
+    """95 % coverage interval of it."""
+    measurement_interval: Interval
+    """Where 95 % of measurements of it would lie."""
+    e_n: float
+    """Measured minus predicted at the end over the half width of its 95 % interval on that side."""
+    e_n_all: float
+    """The largest such number among all that was measured on the body, over the limit that 95 % of runs keep to."""
+    e_n_all_at: str | Quantity
+    """Which measurement it belongs to, or where along the curve."""
+    wear_coefficient: Quantity
+    """k_D of this run alone."""
+    coefficient_ratio: Quantity
+    """k_D of this run alone over the study's."""
+    trend: Trend | None = None
+    """Residual trend of the law fitted to this run alone; none without a curve, as the three below."""
+    exponent: Exponent | None = None
+    """Local exponent of h(s)."""
+    change_point: ChangePoint | None = None
+    """Where the wear rate would leave the law."""
+    engines: EngineComparison | None = None
+    """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
+
+
+class RunVerdict(Record):
+    """The law against one run."""
+
+    id: str
+    """The run."""
+    role: Role
+    """Whether the run identified k_D or was predicted."""
+    normal_load: Quantity
+    """Nominal load."""
+    slip: Quantity | None = None
+    """Nominal slip; none of bodies that do not roll."""
+    end: Quantity
+    """End of the run: its sliding distance, or rotations."""
+    outcome: Verdict
+    """What the data show about the law for this run: that of the body that departs most."""
+    sentence: str
+    """The same in words."""
+    notes: tuple[str, ...] = ()
+    """What to beware of, such as an extrapolation."""
+    findings: tuple[Finding, ...] = ()
+    """What speaks against the curve of the run."""
+    bodies: dict[str, BodyVerdict]
+    """One for each body on which something was measured."""
+    end_of_life: EndOfLife | None = None
+    """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
+
+    @property
+    def first(self) -> BodyVerdict:
+        """The body that is judged in every run."""
+        return next(iter(self.bodies.values()))
+
+
+class BetweenRuns(Record):
+    """Scatter between runs of one condition, or of several under one law (Paule and Mandel's estimate)."""
+
+    runs: int
+    """Number of runs."""
+    scatter: float
+    """Standard deviation of k_D between runs over k_D, beyond what each run's own uncertainty explains."""
+    within: float
+    """Root mean square of the runs' own relative standard uncertainties, shared errors left out."""
+    p_value: float
+    """Probability of as much disagreement between runs that share one k_D (Cochran's Q)."""
+    weights: tuple[float, ...]
+    """Weight of each run in k_D."""
+    outliers: tuple[str, ...] = ()
+    """Runs that disagree with all others; still counted, until `tribopipe mark-bad` takes them out."""
+
+
+class StudiedBody(Record):
+    """k_D of one body by a study."""
+
+    wear_coefficient: Quantity
+    """k_D with its standard uncertainty."""
+    interval: Interval
+    """95 % coverage interval."""
+    between_runs: BetweenRuns | None = None
+    """Scatter between runs; none where one run identifies k_D."""
+
+
+class LawResult(Record):
+    """One wear law in a study."""
+
+    model: LawName
+    """Wear law."""
+    engine: WearEngine = "giwm"
+    """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
+    distance_per_rotation: DistanceConvention | None = None
+    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
+    bodies: dict[str, StudiedBody]
+    """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
+    correlation: float | None = None
+    """Of both k_D."""
+    draws: int
+    """Number of accepted draws."""
+    rejected: int
+    """Number of draws without a solution."""
+    runs: tuple[RunVerdict, ...]
+    """One result for each run."""
+
+    @property
+    def first(self) -> StudiedBody:
+        """The body whose k_D every study finds."""
+        return next(iter(self.bodies.values()))
+
+
+def tally(law: LawResult) -> str:
+    """Count how predicted runs agree with a law: "2 consistent, 1 over-predicted"; nothing where none was predicted."""
+    outcomes = Counter(verdict.outcome for verdict in law.runs if verdict.role == "predicted")
+    return ", ".join(f"{number} {AGREEMENT[outcome]}" for outcome, number in outcomes.items())
+
+
+class LeftOut(Record):
+    """A run of the study that was not used."""
+
+    id: str
+    """The run."""
+    reason: str
+    """Why."""
+
+
+class StudyResult(Record):
+    """What a study found."""
+
+    id: str
+    """The study."""
+    title: str | None = None
+    """One line about it."""
+    tribometer: str
+    """Type of tribometer."""
+    correction: Correction | None = None
+    """Whether drift was subtracted first or fitted together with k_D; none where no depth signal is fitted."""
+    laws: tuple[LawResult, ...]
+    """One result for each wear law."""
+    comparisons: dict[str, LawComparison] = Field(default_factory=dict)
+    """Archard's law against Sarkar's, by run."""
+    left_out: tuple[LeftOut, ...] = ()
+    """Runs that were not used, and why."""
+    notes: tuple[str, ...] = ()
+    """What to beware of."""
+
+    def law(self, model: LawName) -> LawResult:
+        """Return the result of one law. Raises ``KeyError`` where the study has none."""
+        return {result.model: result for result in self.laws}[model]
+
+
+CurveQuantity = Literal["wear_depth", "wear_volume"]
+
+
+@dataclass(frozen=True)
+class MeasuredCurve:
+    """Wear as measured at the places of a curve, with its 95 % band."""
+
+    best: Column
+    lower: Column
+    upper: Column
+
+
+@dataclass(frozen=True)
+class StudyCurve:
+    """Wear of one body by a law along one run, with its 95 % band."""
+
+    run_id: str
+    model: LawName
+    role: Role
+    body: str
+    what: CurveQuantity
+    """Depth, m, or volume, m³."""
+    along: SignalName
+    """What the places are counted in."""
+    places: Column
+    predicted: Column
+    lower: Column
+    upper: Column
+    measured: MeasuredCurve | None = None
+    """None where wear was not recorded along the run."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A study's result and the curves behind it."""
+
+    result: StudyResult
+    curves: tuple[StudyCurve, ...]
+
+
+class Lever(Record):
+    """One input of k_D and what it costs."""
+
+    name: str
+    """Input."""
+    value: Quantity | None = None
+    """Its value and standard uncertainty; none for the noise of the depth signal."""
+    shown_in: str | None = None
+    """Unit in which people read it."""
+    relative: float
+    """Standard uncertainty of k_D from this input alone, over k_D."""
+    share: float
+    """Its part of the variance of k_D."""
+    if_halved: float
+    """Half width of the 95 % interval of k_D over k_D, were this input twice as well known."""
+
+
+class Design(Record):
+    """What it would take to know k_D of a run to a wanted interval, by first-order propagation."""
+
+    id: str
+    """Run that is planned from."""
+    model: LawName
+    """Wear law."""
+    of: str = "k_D"
+    """Whose k_D, where there are two."""
+    half_width: float
+    """Half width of the 95 % interval of k_D over k_D, as it is."""
+    wanted: float
+    """The same as wanted."""
+    levers: tuple[Lever, ...]
+    """Inputs, the most rewarding first."""
+    sliding_distance: Quantity | None = None
+    """How far one test would have to slide; none if no length is sufficient."""
+    rotations: Quantity | None = None
+    """How many rotations one test of two discs would take; none if no number is sufficient, or for a pin."""
+    by_distance: float
+    """Half width that no longer test gets below."""
+    replicates: int | None = None
+    """Number of tests like this one that would be sufficient; none if no number is."""
+    by_replicates: float
+    """Half width that no number of replicates gets below: what all runs share."""
+    scatter: float | None = None
+    """Scatter of k_D between runs over k_D that was counted with; none where it is not known."""
+
+    def __str__(self) -> str:
+        best = self.levers[0]
+        label = input_label(best.name)
+        lines = [
+            f"{self.id}, {self.model}: {self.of} is known to ±{self.half_width:.1%}, wanted ±{self.wanted:.1%} (95 %)",
+            f"  largest contribution: {label}, {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
+        ]
+        if self.half_width <= self.wanted:
+            return "\n".join([*lines, "  no further test is needed"])
+        if self.sliding_distance is not None:
+            lines.append(f"  one test of {self.sliding_distance.value:,.0f} m would be sufficient")
+        elif self.rotations is not None:
+            lines.append(f"  one test of {self.rotations.value:,.0f} rotations would be sufficient")
+        else:
+            lines.append(f"  a longer test is not sufficient: at best ±{self.by_distance:.1%}")
+        if self.replicates is not None:
+            lines.append(f"  {self.replicates} tests like this one would be sufficient")
+        else:
+            lines.append(f"  replicates are not sufficient: all runs share ±{self.by_replicates:.1%}")
+        if self.scatter is None:
+            lines.append("  the scatter between runs is unknown and not included: more replicates may be needed")
+        return "\n".join(lines)
