@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from contact_drawings import draw_block_on_ring, draw_four_ball, draw_reciprocating
 from explained_figures import plot_disc_model, plot_euler_steps, plot_told_apart
+from hand_formula_figures import plot_d4172, plot_g77, plot_g99, plot_g133
 
 from tribopipe.archive.store import Archive
 from tribopipe.documents.manifest import MANIFEST_NAME, read_manifest
@@ -59,6 +60,10 @@ def main() -> None:
         "disc-track-profile.svg": draw_profile(across, examined(across, None), title),
         "euler-steps.svg": plot_euler_steps(),
         "drift-told-apart.svg": plot_told_apart(),
+        "hand-formulas-g99.svg": plot_g99(),
+        "hand-formulas-g133.svg": plot_g133(),
+        "hand-formulas-g77.svg": plot_g77(),
+        "hand-formulas-d4172.svg": plot_d4172(),
         "reciprocating.svg": draw_reciprocating(),
         "block-on-ring.svg": draw_block_on_ring(),
         "four-ball.svg": draw_four_ball(),
