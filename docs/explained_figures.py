@@ -116,7 +116,7 @@ def _draw_curves(ax: "Axes") -> None:
 
 
 @styled
-def plot_told_apart() -> Figure:
+def plot_drift_and_wear() -> Figure:
     """Draw wear and drift by warming up, and what is left of both once offset and linear drift are free."""
     share = np.linspace(0.0, 1.0, 801)
     wear, drift = np.sqrt(share), -np.expm1(-share / WARM_UP) / -np.expm1(-1 / WARM_UP)

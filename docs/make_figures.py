@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from contact_drawings import draw_block_on_ring, draw_four_ball, draw_reciprocating
-from explained_figures import plot_disc_model, plot_euler_steps, plot_told_apart
+from explained_figures import plot_disc_model, plot_drift_and_wear, plot_euler_steps
 from hand_formula_figures import plot_d4172, plot_g77, plot_g99, plot_g133
 
 from tribopipe.archive.store import Archive
@@ -59,7 +59,7 @@ def main() -> None:
         "twin-disc-table3.svg": plot_disc_model(counting, ROTATIONS, ROTATIONS),
         "disc-track-profile.svg": draw_profile(across, examined(across, None), title),
         "euler-steps.svg": plot_euler_steps(),
-        "drift-told-apart.svg": plot_told_apart(),
+        "drift-and-wear-shapes.svg": plot_drift_and_wear(),
         "hand-formulas-g99.svg": plot_g99(),
         "hand-formulas-g133.svg": plot_g133(),
         "hand-formulas-g77.svg": plot_g77(),
