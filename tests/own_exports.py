@@ -277,7 +277,7 @@ def polish() -> Case:
         f"{t:10.1f}{f:10.3f}\r\n".replace(".", ",") for t, f in zip(run["t"], run["friction"], strict=True)
     )
     return Case(
-        "Polish blank-padded columns",
+        "Polish space-padded columns",
         {"T01M_10N_0,1m_s.txt": content.encode("cp1250")},
         ("new T01M_10N_0,1m_s.txt --accept", "process T01M_10N_0-1m_s"),
         None,

@@ -44,10 +44,10 @@ CASES = {
 }
 """Module of each case."""
 _WHAT = """\
-Each case compares tribopipe with the alternative that a user would run, or with the minimum possible cost. Both are
+Each case compares tribopipe with the usual alternative, or with the minimum possible cost. The two are
 timed alternately, many times, in one process. Times are medians, with the minimum and the maximum in brackets. A ratio
 is the time of tribopipe divided by that of the alternative, unless it is given as "times as fast". For cases without
-disk access (b to e, and i) they are processor times; those of (i) are from two alternating processes. If the
+disk access (b to e, and i), they are processor times; those of (i) are from two alternating processes. If the
 alternative would take hours, part of its work is timed and the time is scaled, as stated in the table. The docstrings
 of the modules in `benchmarks/performance` describe each case. `--only b,c` runs some of them, and `--small` runs all of
 them at a small size, without limits. Linear algebra uses one thread, as in the tribopipe command."""
