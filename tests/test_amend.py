@@ -81,14 +81,14 @@ def test_without_being_asked_for_nothing_is_amended_and_the_option_is_named(unme
     (folder / "run.toml").write_text(whole, encoding="utf-8")
     refused = run_cli("ingest", folder, "--archive", archive)
     assert (refused.exit_code, tree_bytes(archive)) == (1, before)
-    assert "--amend takes in this run.toml, and keeps the earlier one" in refused.stderr
+    assert "use --amend to replace run.toml and keep the earlier version" in refused.stderr
 
 
 def test_a_file_of_the_instrument_must_be_there_as_it_was_and_others_may_come(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(with_sources(bare_run, run=b"a = 1", signals=b"1"))
     for others in ({"signals": b"2"}, {}, {"renamed": b"1"}):
-        with pytest.raises(ArchiveError, match="signals is not as it was"):
+        with pytest.raises(ArchiveError, match="signals has changed"):
             archive.add(with_sources(bare_run, run=b"a = 2", **others), amend=True)
     more = with_sources(bare_run, run=b"a = 2", signals=b"1", profile=b"3")
     assert archive.add(more, amend=True) == "amended"

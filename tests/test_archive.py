@@ -93,7 +93,7 @@ def test_same_run_again_is_left_alone_and_other_content_is_refused(bare_run, tmp
     archive, run = Archive(tmp_path), run_with(bare_run, np.arange(10.0))
     assert [archive.add(run), archive.add(run), archive.add(run, force=True)] == ["added", "unchanged", "rewritten"]
     before = archive.path("bare").read_bytes()
-    with pytest.raises(ArchiveError, match="other content"):
+    with pytest.raises(ArchiveError, match="different content"):
         archive.add(run_with(bare_run, np.arange(11.0)), force=True)
     assert archive.path("bare").read_bytes() == before
 

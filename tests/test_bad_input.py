@@ -132,7 +132,7 @@ SPOILED = {
     ),
     "unit that is none": (
         manifest(r'"Depth \[um\]"', '"Depth [um]", unit = "microns deep"'),
-        ["signals.csv", "Depth [um]", "'microns deep'", "no unit", "'um'"],
+        ["signals.csv", "Depth [um]", "'microns deep'", "not a unit", "'um'"],
     ),
     "unknown signal": (
         manifest("(?m)^depth = ", "dept = "),

@@ -65,7 +65,7 @@ def test_failures_are_sentences_and_stop_no_other(crew):
 
 def test_a_failure_names_its_task(crew):
     (_, answer), *_ = as_done(partial(int, base=0), ["run-7"], crew)
-    assert str(answer).startswith("run-7: found a fault of tribopipe itself (ValueError: ")
+    assert str(answer).startswith("run-7: found a bug in tribopipe (ValueError: ")
 
 
 def test_an_answer_that_cannot_be_sent_is_a_failure(two):
@@ -110,7 +110,7 @@ def test_a_task_that_loses_every_worker_fails_alone(two):
     answers = dict(as_done(partial(killed_at, bad=4), range(12), two))
     error = answers.pop(4)
     assert isinstance(error, BatchError)
-    assert "4 workers lost over it" in str(error)
+    assert "4 workers were killed or ran out of memory" in str(error)
     assert answers == {number: number for number in range(12) if number != 4}
 
 
@@ -217,14 +217,14 @@ def test_a_cluster_here_answers_and_outlives_its_workers(tmp_path):
         answers = dict(as_done(killed_once, [tmp_path / f"task-{number}" for number in range(4)], here))
         assert sorted(answers.values()) == ["task-0", "task-1", "task-2", "task-3"]
         answers = dict(as_done(partial(killed_at, bad=4), range(8), here))
-        assert "4 workers lost over it" in str(answers.pop(4))
+        assert "4 workers were killed or ran out of memory" in str(answers.pop(4))
         assert answers == {number: number for number in range(8) if number != 4}
         begun = as_done(process_number, range(100), here)
         next(begun)
         begun.close()
         assert dict(as_done(squared, [5], here)) == {5: 25}
     assert re.fullmatch(r"cluster of 2 workers; dashboard at http://127\.0\.0\.1:\d+/status", said[0])
-    assert set(said[1:]) <= {"waiting for workers of the scheduler: there are none now"}
+    assert set(said[1:]) <= {"waiting for workers: the scheduler has none at present"}
 
 
 KILLED_ONCE = """

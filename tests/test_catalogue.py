@@ -418,7 +418,7 @@ def test_locked_catalogue_hangs_nobody_who_goes_back_to_it_at_the_next_look(two,
     assert time.monotonic() - start < 30
     assert [run.id for run in catalogue.runs("mark=bad")] == [RUN, OTHER]
     (told,) = caplog.messages
-    assert "another tribopipe is writing catalogue.sqlite: waiting for it" in told
+    assert "another tribopipe process is writing catalogue.sqlite; waiting" in told
     monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
     other.execute("ROLLBACK")
     assert other.execute("SELECT count(*) FROM runs WHERE mark = 'bad'").fetchone()[0] == 0
@@ -485,7 +485,7 @@ def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, cap
     done.join()
     assert (two / FILE_NAME).stat().st_ino == same  # nor is what another process begins taken for damaged
     other.close()
-    assert "waiting for it" in caplog.text
+    assert "waiting up to" in caplog.text
     assert (two / FILE_NAME).stat().st_size > 0
 
 

@@ -394,7 +394,7 @@ def test_every_command_takes_a_pin_on_a_drum(tribopipe, workspace):
 def without_the_package(workspace: Path) -> None:
     """See that an archive of such runs is not taken for damaged where the package is not installed."""
     folder = workspace / "archive"
-    words = "found a run with the kind of contact 'pin-on-drum', which is not installed here"
+    words = "found the contact kind 'pin-on-drum', which is not installed"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(contact_kinds, "ADDED", {})
         with pytest.raises(ArchiveError, match=f"drum-1.h5: {words}"):

@@ -190,7 +190,7 @@ def test_a_sound_file_that_the_system_does_not_give_is_not_called_damaged(archiv
     with pytest.raises((ArchiveError, OSError, MemoryError)) as raised:
         Archive(archive).raw(RUN)
     told = str(faults.in_a_sentence(raised.value, RUN))
-    assert re.search("damaged|copy|fault of tribopipe", told) is None
+    assert re.search("damaged|copy|bug in tribopipe", told) is None
     assert os.strerror(number) in told or "too little memory" in told
 
 
@@ -361,7 +361,7 @@ def test_where_one_run_cannot_be_written_the_others_are(run_cli, archive, monkey
 def test_an_archive_that_has_gone_is_not_begun_anew(store, tmp_path):
     run = store.raw(RUN)
     shutil.move(store.folder, tmp_path / "elsewhere")
-    with pytest.raises(ArchiveError, match="found the archive gone, which was there before"):
+    with pytest.raises(ArchiveError, match="found that the archive folder is gone"):
         store.add(run)
     assert not store.folder.exists()
 
@@ -399,7 +399,7 @@ def test_a_mistake_in_one_run_does_not_end_the_batch(run_cli, short_runs, tmp_pa
     assert done.exit_code == 3
     assert Archive(tmp_path / "archive").ids() == ["si3n4-air-400mN"]
     assert "Traceback" not in done.stderr
-    assert f"{RUN}: found a fault of tribopipe itself (ZeroDivisionError: " in done.stderr
+    assert f"{RUN}: found a bug in tribopipe (ZeroDivisionError: " in done.stderr
     assert str(kept) in done.stderr
     assert "in stumble" in kept.read_text(encoding="utf-8")
 
@@ -410,7 +410,7 @@ def test_a_mistake_anywhere_is_one_sentence(run_cli, archive, monkeypatch):
     done = run_cli("show", RUN, "--archive", archive)
     assert done.exit_code == 1
     assert len(done.stderr.splitlines()) == 1
-    assert done.stderr.startswith("error: found a fault of tribopipe itself (KeyError: ")
+    assert done.stderr.startswith("error: found a bug in tribopipe (KeyError: ")
 
 
 def test_tracebacks_of_a_process_are_kept_in_one_file(fresh_faults):
@@ -425,7 +425,7 @@ def test_a_traceback_that_cannot_be_kept_is_told(monkeypatch):
     monkeypatch.setattr("tempfile.NamedTemporaryFile", no_room)
     told = faults.in_a_sentence(KeyError("a"), "run")
     assert isinstance(told, InternalError)
-    assert str(told).endswith("please report it; its traceback could not be kept (No space left on device)")
+    assert str(told).endswith("please report the bug; its traceback could not be saved (No space left on device)")
 
 
 @pytest.mark.parametrize(

@@ -220,7 +220,7 @@ def test_writing_to_an_exchanged_file_does_not_hide_it(folder, tmp_path, attack)
     rewrite(folder, FILES[0], "fourth")
     (finding,) = errors(folder)
     assert (finding.where, finding.code) == (FILES[0], "history")
-    assert "a different file was in its place when it was written to on" in finding.message
+    assert "the file was replaced before it was changed on" in finding.message
 
 
 def test_rollback_says_from_when_to_when(folder, tmp_path):
@@ -229,7 +229,7 @@ def test_rollback_says_from_when_to_when(folder, tmp_path):
     rewrite(folder, FILES[0], "second")
     shutil.copy(older, folder)
     (finding,) = errors(folder)
-    assert f"found it as it was on {since}; expected it as it was written on 20" in finding.message
+    assert f"found the version of {since}; expected the version written on 20" in finding.message
     assert f"tribopipe verify --accept {RUN}`" in finding.remedy
 
 
@@ -301,7 +301,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
     assert run_cli("verify", folder).exit_code == 0
     done = run_cli("verify", folder, "--against", head)
     assert done.exit_code == 1
-    assert f"error: {FILE_NAME}: found no line {head}, which was kept elsewhere" in done.stdout
+    assert f"error: {FILE_NAME}: found no line {head}, as noted elsewhere" in done.stdout
 
 
 # --- put in by hand ---
@@ -409,7 +409,7 @@ def test_an_archive_without_a_history_that_is_written_to_says_what_was_there(fol
     shutil.rmtree(folder / LOCKS)
     rewrite(folder, FILES[0], "second")
     (finding,) = errors(folder)
-    assert "begins on" in finding.message
+    assert "starts on" in finding.message
     assert "after 3 runs and studies were archived" in finding.message
 
 
@@ -440,7 +440,7 @@ def test_a_hostile_history_is_told_in_a_sentence(run_cli, folder, content):
     done = run_cli("verify", folder)
     assert done.exit_code == 1
     assert f"error: {FILE_NAME}: " in done.stdout
-    assert "fault of tribopipe" not in done.output
+    assert "bug in tribopipe" not in done.output
     noted = run_cli("note", RUN, "dry", "--archive", folder)
     assert noted.exit_code == 0 or f"{FILE_NAME}: found a last line of more than 65,536 bytes" in noted.output
     assert wrong(FILE_NAME) <= told(folder)
@@ -701,7 +701,7 @@ def test_a_removed_run_is_listed_no_more_and_comes_back(run_cli, folder):
     content = (folder / FILES[1]).read_bytes()
     refused = run_cli("remove", OTHER, "--archive", folder)
     assert refused.exit_code == 1
-    assert refused.stderr.startswith(f"error: {folder / FILES[1]}: cannot be removed, for the study {STUDY} names it;")
+    assert refused.stderr.startswith(f"error: {folder / FILES[1]}: found a run of the study {STUDY};")
     done = run_cli("remove", OTHER, "--force", "--archive", folder, "--json")
     (file,) = json.loads(done.stdout)["files"]
     assert (done.exit_code, file["id"], file["error"]) == (0, OTHER, None)
@@ -747,7 +747,7 @@ def test_a_removed_run_may_be_put_back_by_hand(folder):
 def test_a_removed_run_that_is_damaged_stays_where_it_is(folder):
     kept = remove(Archive(folder), OTHER, force=True)
     kept.write_bytes(kept.read_bytes()[:-1])
-    with pytest.raises(ArchiveError, match=rf"{OTHER}\.h5: cannot be taken in; .*damaged"):
+    with pytest.raises(ArchiveError, match=rf"{OTHER}\.h5: cannot be added to the archive; .*damaged"):
         restore(Archive(folder), OTHER)
     assert kept.is_file()
     assert Archive(folder).ids() == [RUN]
@@ -759,7 +759,7 @@ def test_a_removed_run_that_is_damaged_stays_where_it_is(folder):
     [
         (["remove", "othr"], "did you mean 'other'?"),
         (["remove", "bth", "--study"], "did you mean 'both'?"),
-        (["restore", OTHER], "nothing is known here"),
+        (["restore", OTHER], "none are available"),
     ],
 )
 def test_what_is_not_there_is_neither_removed_nor_restored(run_cli, folder, words, found):

@@ -156,13 +156,13 @@ def test_name_for_two_files_is_told(content, tmp_path):
 
 def test_run_under_another_name_is_told(content, tmp_path):
     path = packed(tmp_path / "crate.zip", {"archive/other.h5": content}, described(content, "archive/other.h5"))
-    assert f"found {RUN!r} in what is called 'other'" in refused(path, tmp_path)
+    assert f"found content with the id {RUN!r}; expected 'other'" in refused(path, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["archive/studies/x.h5", NAME])
 def test_what_is_no_archived_file_is_told(tmp_path, name):
     junk = b"\x89HDF\r\n\x1a\n" + bytes(5000)
-    assert "cannot be taken in" in refused(
+    assert "cannot be added to the archive" in refused(
         packed(tmp_path / "crate.zip", {name: junk}, described(junk, name)), tmp_path
     )
 

@@ -228,7 +228,7 @@ def test_what_could_not_be_read_again_is_not_archived(bare_run, tmp_path, monkey
     monkeypatch.setattr(own_content, "_ROOM", 0)
     monkeypatch.setattr(own_content, "_ROOM_A_BYTE", 1)
     other = replace(run, manifest=run.manifest.model_copy(update={"id": "constant"}))
-    with pytest.raises(ArchiveError, match=r"constant\.h5: cannot be archived, for it could not be read again \(found"):
+    with pytest.raises(ArchiveError, match=r"constant\.h5: cannot be archived because it cannot be read back \(found"):
         archive.add(other)
     assert archive.ids() == ["bare"]
     assert archive.path("bare").read_bytes() == before

@@ -44,7 +44,7 @@ def test_another_process_is_waited_for_and_named(tmp_path, monkeypatch):
     monkeypatch.setattr(lock, "_WAIT", 0.05)
     monkeypatch.setattr(lock, "SILENT", 0.05)
     with (
-        pytest.raises(ArchiveError, match="another tribopipe that has been writing bare"),
+        pytest.raises(ArchiveError, match="another tribopipe process that has been writing bare"),
         writers_lock(tmp_path, "bare"),
     ):
         pass
@@ -60,7 +60,7 @@ def test_a_wait_is_announced_within_two_seconds(tmp_path):
     said = waiting.stderr.readline()
     waiting.kill()
     waiting.communicate()
-    assert said == f"{tmp_path}: another tribopipe is writing bare: waiting for it, up to 300 s\n"
+    assert said == f"{tmp_path}: another tribopipe process is writing bare; waiting up to 300 s\n"
     assert lock.SILENT < 2
 
 
@@ -110,6 +110,6 @@ def test_a_step_made_from_what_another_has_replaced_meanwhile_is_refused(bare_ru
     archive.put_step("bare", first)
     archive.put_step("bare", replace(fit, stands_on=stands_on))
     archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
-    with pytest.raises(ArchiveError, match="another drift correction than the wear fit archard was made from"):
+    with pytest.raises(ArchiveError, match="changed the drift correction since the wear fit archard"):
         archive.put_step("bare", replace(fit, stands_on=stands_on))
     assert archive.step_names("bare") == ["drift_correction"]

@@ -196,7 +196,7 @@ def test_wrong_answers_are_explained_and_asked_again(export):
     made = make_run(Wanted([export]), ask, heard.append)
     assert len(heard) == 3
     assert "without a unit" in heard[0]
-    assert "no number with a unit" in heard[1]
+    assert "not a number with a unit" in heard[1]
     assert "more than zero" in heard[2]
     assert document(made.folder)["conditions"] == {"normal_load": "50 N"}
 

@@ -380,7 +380,7 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
     (tmp_path / name).write_bytes(b"mine")
     again = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)
     assert again.exit_code == 1
-    assert again.stderr == f"error: {name}: found an existing file; expected none; --force replaces it\n"
+    assert again.stderr == f"error: {name}: found an existing file; expected no file; use --force to replace it\n"
     assert (tmp_path / name).read_bytes() == b"mine"
     forced = run_cli("report", NO_END, "--archive", studied.folder, "--force", cwd=tmp_path)
     assert forced.exit_code == 0
@@ -393,7 +393,7 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
         (["ari"], "found neither a run nor a study 'ari'; expected one in the archive; did you mean 'air'?"),
         (["../air"], "found neither a run nor a study '../air'; expected one in the archive"),
         (["air", LIGHT], "found the study 'air' among several ids; expected runs, or one study by itself"),
-        ([LIGHT, "-o", "."], "found a folder; expected a file to write"),
+        ([LIGHT, "-o", "."], "found a folder; expected the path of a file"),
     ],
 )
 def test_command_says_in_one_sentence_what_is_wrong(run_cli, studied, tmp_path, arguments, told):

@@ -82,7 +82,7 @@ def _told(old: h5py.Group, new: h5py.Group) -> str:
     was, now = (parse_toml(Path("run.toml"), _bytes(entry["source_files/file_0"])) for entry in (old, new))
     found = list(changes(was, now))
     more = [f"and {len(found) - _MOST_NAMED} more"] if len(found) > _MOST_NAMED else []
-    return ", ".join([*found[:_MOST_NAMED], *more]) or "nothing but comments and layout changed"
+    return ", ".join([*found[:_MOST_NAMED], *more]) or "only comments and layout changed"
 
 
 def read_earlier(entry: h5py.Group) -> list[EarlierManifest]:

@@ -66,7 +66,8 @@ def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File
             if number := number_of(error):
                 raise ArchiveError(f"{path}: {unreadable(number)}") from error
             raise ArchiveError(
-                f"{path}: found a damaged file ({_why(error)}); expected what tribopipe wrote; restore it from a copy"
+                f"{path}: found a damaged file ({_why(error)}); expected the file as tribopipe wrote it; restore it "
+                "from a copy"
             ) from error
 
 
@@ -82,8 +83,8 @@ def _why_not_opened(error: OSError) -> str:
     if number := number_of(error):
         return unreadable(number)
     return (
-        "found a file that is not HDF5, or is damaged; expected one archived by tribopipe; restore it from a copy, or "
-        "move it out of the archive"
+        "found a file that is not HDF5, or is damaged; expected a file archived by tribopipe; restore it from a copy, "
+        "or move it out of the archive"
     )
 
 
@@ -92,8 +93,8 @@ def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal at its start, as if another program had rewritten it; expected the file as "
-        "tribopipe wrote it; restore it from a copy, or save what is whole in it with `tribopipe rescue`"
+        f"{path}: found no seal, which is missing if another program rewrites the file; expected the file as "
+        "tribopipe wrote it; restore it from a copy, or save its intact source files with `tribopipe rescue`"
     )
 
 
@@ -109,11 +110,11 @@ def check_adopted(part: Path, path: Path, form: Format) -> None:
             held = json.loads(nexus.text(file, f"entry/{document}/data"))["id"]
     except ArchiveError as error:
         said = str(error).replace(str(part), path.name)
-        raise ArchiveError(f"{path}: cannot be taken in; {said}") from None
+        raise ArchiveError(f"{path}: cannot be added to the archive; {said}") from None
     if held != path.stem:
         raise ArchiveError(
-            f"{path}: found {held!r} in what is called {path.stem!r}; expected a file named after what it holds; "
-            "rename it, or take nothing from there unless you know who made it"
+            f"{path}: found content with the id {held!r}; expected {path.stem!r}, as in the file name; rename the "
+            "file, and import it only if you trust its source"
         )
 
 

@@ -54,14 +54,14 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
             else "run the study again in another archive that contains its runs"
         )
         raise ArchiveError(
-            f"{path}: found the format '{found}', of a tribopipe before the first release; expected '{expected}'; "
+            f"{path}: found the format '{found}', of a pre-release version of tribopipe; expected '{expected}'; "
             f"{remedy}"
         )
     if found is None or found.kind != expected.kind:
         holds = "run" if expected.kind == RUN_FORMAT.kind else "study"
         raise ArchiveError(
-            f"{path}: found an HDF5 file that is no tribopipe {holds}; expected one written by tribopipe; move it out "
-            "of the archive folder"
+            f"{path}: found an HDF5 file that is not a tribopipe {holds}; expected a file written by tribopipe; "
+            "move it out of the archive folder"
         )
     raise ArchiveError(
         f"{path}: found the format '{found}'; expected '{expected}'; use the tribopipe version that wrote it"

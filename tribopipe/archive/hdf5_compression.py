@@ -219,7 +219,7 @@ def _all_offsets(dataset: h5py.Dataset) -> list[tuple[int, ...]]:
     offsets = _offsets(dataset)
     grid = [range(0, end, length) for end, length in zip(dataset.shape, dataset.chunks, strict=True)]
     if len(offsets) != prod(map(len, grid)) or offsets != set(product(*grid)):
-        raise _damaged(dataset, f"other chunks, {len(offsets):,} of them")
+        raise _damaged(dataset, f"{len(offsets):,} chunks that do not match the shape")
     return sorted(offsets)
 
 
@@ -238,7 +238,7 @@ def _content(dataset: h5py.Dataset, size: int, left_out: int, packed: bytes) -> 
     except zlib.error as error:
         raise _damaged(dataset, f"a chunk that cannot be unpacked ({error})") from None
     if left_out or len(content) != size or not unpacking.eof:
-        raise _damaged(dataset, f"a chunk of another size than {size:,} bytes")
+        raise _damaged(dataset, f"a chunk whose size is not {size:,} bytes")
     return content
 
 
@@ -250,6 +250,6 @@ def _unshuffled(content: bytes, kind: np.dtype[Any]) -> NDArray[Any]:
 
 def _damaged(dataset: h5py.Dataset, found: str) -> ArchiveError:
     return ArchiveError(
-        f"{dataset.file.filename}: found {found} at {dataset.name}; expected as many values as declared in the file, "
-        f"{dataset.shape}; restore it from a copy"
+        f"{dataset.file.filename}: found {found} at {dataset.name}; expected the declared shape "
+        f"{dataset.shape}; restore the file from a copy"
     )

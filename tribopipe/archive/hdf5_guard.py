@@ -56,7 +56,7 @@ class RawFile:
     def read(self, place: int, size: int) -> bytes:
         """Return so many bytes."""
         if not 0 <= size <= _MOST_BYTES or place >= _FARTHEST:
-            raise ValueError(f"{size:,} bytes at {place:,}, which is beyond all files")
+            raise ValueError(f"{size:,} bytes at {place:,}, beyond the end of any file")
         if hasattr(os, "pread"):
             found = os.pread(self._handle, size, self._base + place)
         else:  # on Windows, where nobody replaces a file that is open
@@ -75,7 +75,7 @@ class RawFile:
         """Return how long the texts of a field state they are, bytes. Raises ``ValueError`` where it is packed."""
         size, place = dataset.get_storage_size(), dataset.get_offset()
         if size and place is None:
-            raise ValueError("texts that are packed")
+            raise ValueError("compressed text")
         return self.lengths(self.read(place - self._base, size) if size else b"")
 
     def lengths(self, references: bytes) -> Lengths:
@@ -95,7 +95,7 @@ class RawFile:
             number, length = struct.unpack_from("<H6xQ", content, at)
             at += 16 + -(-length // 8) * 8 if number else length
             if not number and length < 16:
-                raise ValueError("texts among which HDF5 would go in circles")
+                raise ValueError("text references that form a loop")
 
 
 class Attribute(NamedTuple):
@@ -128,12 +128,12 @@ def _messages(file: RawFile, address: int) -> Iterator[tuple[int, bytes]]:
             at = start + length
             body = content[start:at]
             if flags & _SHARED or (kind == _ATTRIBUTES_APART and not body.endswith(_NOWHERE)):
-                raise ValueError("it keeps types or attributes in another place")
+                raise ValueError("types or attributes are stored elsewhere")
             if kind == _CONTINUATION:
                 pieces.append(_further_piece(body, is_old=is_old))
             yield kind, body
         if len(pieces) > _MOST_PIECES:
-            raise ValueError("its header has too many pieces")
+            raise ValueError("the header has too many blocks")
 
 
 def _first_piece(file: RawFile, address: int, *, is_old: bool) -> tuple[int, int]:
@@ -156,7 +156,7 @@ def _attribute(file: RawFile, body: bytes) -> Attribute:
     version, flags, *sizes = struct.unpack_from("<BBHHH", body)
     name, kind, space = (-(-size // 8) * 8 for size in sizes) if version == 1 else sizes
     if version > 1 and flags:
-        raise ValueError("it shares the type of an attribute")
+        raise ValueError("the type of an attribute is shared")
     start = 8 + (version == 3) + name
     described = body[start] & 0x0F
     if described == _TEXT:
@@ -238,7 +238,7 @@ class _Look:
         self._shapes: dict[str, tuple[int, ...]] = {}
         self._waiting: list[tuple[str, h5g.GroupID]] = []
         if file.id.get_create_plist().get_sizes() != (8, 8):
-            self._refuse("/", "addresses that are not of eight bytes")
+            self._refuse("/", "addresses that are not 8 bytes long")
 
     def through(self) -> Shapes:
         """Return the shapes of all datasets. Raises ``ArchiveError`` at the first foreign one."""
@@ -263,9 +263,9 @@ class _Look:
 
     def _group(self, path: str, group: h5g.GroupID) -> None:
         if path.count("/") > _MOST_LEVELS:
-            self._refuse(path, f"more than {_MOST_LEVELS} groups in each other")
+            self._refuse(path, f"groups nested more than {_MOST_LEVELS} levels deep")
         if len(self._seen) + group.get_num_objs() > _MOST_PARTS:
-            self._refuse(path, f"more than {_MOST_PARTS:,} parts")
+            self._refuse(path, f"more than {_MOST_PARTS:,} objects")
         links: list[tuple[bytes, int, int]] = []
         group.links.iterate(lambda name, link: links.append((name, link.type, link.u)), info=True)
         for name, kind, address in links:
@@ -279,7 +279,7 @@ class _Look:
         if kind != h5l.TYPE_HARD:
             self._refuse(path, "a link to another file")
         if address in self._seen:
-            self._refuse(path, "a part that stands elsewhere in the file too")
+            self._refuse(path, "an object with more than one hard link")
         self._seen.add(address)
         self.attributes(path, address)
 
@@ -289,33 +289,33 @@ class _Look:
         elif isinstance(part, h5d.DatasetID):
             self._dataset(path, part)
         else:
-            self._refuse(path, "a type that has a name")
+            self._refuse(path, "a named datatype")
 
     def attributes(self, path: str, address: int) -> None:
         """Look at the attributes of a part where they are written, before HDF5 reads any of them."""
         try:
             found = attributes(self._raw, address)
         except (IndexError, ValueError, struct.error) as error:
-            self._refuse(path, f"a header that tribopipe writes in no file ({error})")
+            self._refuse(path, f"a header that tribopipe never writes ({error})")
         if len(found) > _MOST_ATTRIBUTES:
             self._refuse(path, f"more than {_MOST_ATTRIBUTES} attributes")
         if sum(attribute.length for attribute in found) > MOST_TEXT:
             self._refuse(path, f"attributes of more than {MOST_TEXT:,} bytes")
         if not all(attribute.is_plain for attribute in found):
-            self._refuse(path, "an attribute that is neither number nor text")
+            self._refuse(path, "an attribute that is neither a number nor text")
 
     def _dataset(self, path: str, dataset: h5d.DatasetID) -> None:
         made, kind = dataset.get_create_plist(), dataset.get_type()
         if elsewhere := _elsewhere(made):
             self._refuse(path, elsewhere)
         if dataset.shape is None:
-            self._refuse(path, "an array without a shape")
+            self._refuse(path, "a dataset without a shape")
         if kind.get_class() == h5t.STRING and kind.is_variable_str():
             self._room -= self._texts(path, dataset)
         else:
             self._room -= self._values(path, dataset, made, kind)
         if self._room < 0:
-            self._refuse(path, f"more values than a file of {self._size:,} bytes has room for, up to those")
+            self._refuse(path, f"more values than a file of {self._size:,} bytes can contain")
         self._shapes[path] = dataset.shape
 
     def _texts(self, path: str, dataset: h5d.DatasetID) -> int:
@@ -323,23 +323,23 @@ class _Look:
         try:
             lengths = self._raw.text_lengths(dataset)
         except ValueError as error:
-            self._refuse(path, f"texts that cannot be found ({error})")
+            self._refuse(path, f"text that cannot be located ({error})")
         if (lengths > MOST_TEXT).any() or len(lengths) != prod(dataset.shape):
-            self._refuse(path, f"texts of more than {MOST_TEXT:,} bytes, or other lengths than declared")
+            self._refuse(path, f"text of more than {MOST_TEXT:,} bytes, or of a length other than declared")
         return int(lengths.sum(dtype=np.uint64)) + _TEXT_OBJECT * len(lengths)
 
     def _values(self, path: str, dataset: h5d.DatasetID, made: h5p.PropDCID, kind: h5t.TypeID) -> int:
         """Return how many bytes the numbers of a dataset, or texts of one length, take in memory."""
         size, is_text = kind.get_size(), kind.get_class() == h5t.STRING
         if not is_text and (kind.get_class() not in (h5t.INTEGER, h5t.FLOAT) or size > _LONGEST_NUMBER):
-            self._refuse(path, "values that are neither numbers of at most 8 bytes nor texts")
+            self._refuse(path, "values that are neither numbers of at most 8 bytes nor text")
         if size > MOST_TEXT:
-            self._refuse(path, f"texts of {size:,} bytes")
+            self._refuse(path, f"text of {size:,} bytes")
         declared, stored = int(prod(dataset.shape) * size), int(dataset.get_storage_size())
         if made.get_layout() == h5d.CHUNKED:
             self._packed(path, made, size)
         elif declared != stored or stored > self._size:
-            self._refuse(path, f"{stored:,} bytes of values that take {declared:,}")
+            self._refuse(path, f"{stored:,} bytes of data where {declared:,} are declared")
         if declared and not stored:
             self._refuse(path, "values that were never written")
         return declared
@@ -347,14 +347,14 @@ class _Look:
     def _packed(self, path: str, made: h5p.PropDCID, size: int) -> None:
         filters = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
         if filters not in ([], _FILTERS):
-            self._refuse(path, "values that are packed in another way")
+            self._refuse(path, "values compressed with other filters")
         if prod(made.get_chunk()) * size > MOST_CHUNK:
             self._refuse(path, f"chunks of more than {MOST_CHUNK:,} bytes")
 
     def _refuse(self, path: str, found: str) -> NoReturn:
         raise ArchiveError(
-            f"{self._file.filename}: found {found} at {path}; expected a file that holds all it shows, as tribopipe "
-            "writes them; move it out of the archive"
+            f"{self._file.filename}: found {found} at {path}; expected only content that tribopipe writes; move "
+            "the file out of the archive"
         )
 
 

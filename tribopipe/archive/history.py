@@ -221,8 +221,8 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
             return read[begins:]
         if tail > LONGEST_LINE:
             raise ArchiveError(
-                f"{archive / FILE_NAME}: found a last line of more than {LONGEST_LINE:,} bytes; expected lines as "
-                "tribopipe writes them; restore the history from a copy"
+                f"{archive / FILE_NAME}: found a last line of more than {LONGEST_LINE:,} bytes; expected shorter "
+                "lines from tribopipe; restore the history from a copy"
             )
         tail *= 4
     return b""
@@ -304,9 +304,7 @@ class Account:
                 self._read += len(line)
                 self._take(line[:-1])
             if len(line) > LONGEST_LINE:
-                self._doubt(
-                    f"found a line of more than {LONGEST_LINE:,} bytes; expected lines as tribopipe writes them"
-                )
+                self._doubt(f"found a line of more than {LONGEST_LINE:,} bytes; expected shorter lines from tribopipe")
         return self
 
     def missing(self) -> str | None:
@@ -338,10 +336,12 @@ class Account:
         if one is None:
             return  # half of a line, by a writer that was killed; an edited one is told by the line after it
         if not self.begun and one.event != "begun":
-            self._doubt("found a history without its first lines; expected one from the creation of the archive")
+            self._doubt(
+                "found a history without its first lines; expected a history from the creation of the archive onward"
+            )
         self.begun = True
         if one.previous != before:
-            self._doubt("found a line that does not follow the one before it; expected each as it was written")
+            self._doubt("found a line that does not match the line before it; expected the lines as they were written")
         for problem in _of_itself(one):
             self._doubt(problem)
         if one.file == FILE_NAME:
@@ -387,12 +387,12 @@ def _of_itself(one: Entry) -> Iterator[str]:
     """Report what a line states about the history itself."""
     if one.event == "broken" or (one.event == "begun" and one.lost):
         yield (
-            f"found that lines were gone when the archive was written to on {one.date}, the last of them "
-            f"{one.lost[:16]}; expected all that were written"
+            f"found that lines were missing when the archive was changed on {one.date}, the last of them "
+            f"{one.lost[:16]}; expected all lines"
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"
-        yield f"found that it begins on {one.date}, after {count} were archived; expected their origin in the history"
+        yield f"found a history that starts on {one.date}, after {count} were archived; expected an earlier start"
 
 
 def _is_hex(text: str) -> bool:

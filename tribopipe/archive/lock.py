@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 def say_waiting(folder: Path, name: str, seconds: float) -> None:
     """Inform people what is waited for, as a warning of the log, which goes to stderr unless somebody catches it."""
     where = printable(str(folder))
-    _log.warning("%s: another tribopipe is writing %s: waiting for it, up to %.0f s", where, name, seconds)
+    _log.warning("%s: another tribopipe process is writing %s; waiting up to %.0f s", where, name, seconds)
 
 
 def share_of(name: str) -> str:
@@ -69,8 +69,8 @@ def _held(folder: Path, share: str, name: str, *, wait: bool = True) -> Iterator
             lock.acquire(timeout=_WAIT)
     except Timeout:
         raise ArchiveError(
-            f"{folder}: found another tribopipe that has been writing {name} for more than {_WAIT:.0f} s; expected it "
-            "to end; see whether it was suspended, and run this again"
+            f"{folder}: found another tribopipe process that has been writing {name} for more than {_WAIT:.0f} s; "
+            "expected the process to end; check whether it is suspended, and run the command again"
         ) from None
     try:
         yield

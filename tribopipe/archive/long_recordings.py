@@ -36,8 +36,8 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
         nexus.long_fields(group, units, run.recording.rows, run.recording.blocks())
     except ValueError:
         raise ArchiveError(
-            f"{run.id}: found more or fewer samples than the {run.recording.rows:,} that were read; expected files "
-            "that nothing is written into meanwhile; try again once the test has ended"
+            f"{run.id}: found that the number of samples is no longer {run.recording.rows:,}; expected files that do "
+            "not change; try again when the test has ended"
         ) from None
     for name in measured:
         group[name].attrs["long_name"] = SIGNALS[name].meaning

@@ -74,7 +74,7 @@ def long_fields(
 def _short(pieces: Iterable[NDArray[Any]], rows: int, dtype: DTypeLike) -> NDArray[Any]:
     whole = np.concatenate([np.empty(0, dtype), *pieces], dtype=dtype)
     if len(whole) != rows:
-        raise ValueError(f"{len(whole):,} rows where {rows:,} were announced")
+        raise ValueError(f"{len(whole):,} rows instead of {rows:,}")
     return whole
 
 
@@ -118,7 +118,7 @@ def text(parent: h5py.Group, path: str) -> str:
     """Read a text field. Raises ``ArchiveError`` where something else stands there."""
     found = _dataset(parent, path)
     if found.rank or found.get_type().get_class() != h5py.h5t.STRING:
-        raise _refused(parent, path, f"an array of {found.dtype} of the shape {found.shape}")
+        raise _refused(parent, path, f"an array of {found.dtype} with shape {found.shape}")
     into = np.empty((), found.dtype)
     found.read(h5py.h5s.ALL, h5py.h5s.ALL, into)
     return bytes(into[()]).decode()
@@ -140,14 +140,14 @@ def _dataset(parent: h5py.Group, path: str) -> h5py.h5d.DatasetID:
             raise  # the system did not give what may be there
         raise _refused(parent, path, "nothing") from None
     if not isinstance(found, h5py.h5d.DatasetID):
-        raise _refused(parent, path, "no field")
+        raise _refused(parent, path, "no dataset")
     return found
 
 
 def _refused(parent: h5py.Group, path: str, found: str) -> ArchiveError:
     return ArchiveError(
         f"{parent.file.filename}: found a damaged file ({found} at {str(parent.name).rstrip('/')}/{path}); expected "
-        "what tribopipe wrote; restore it from a copy"
+        "the file as tribopipe wrote it; restore it from a copy"
     )
 
 

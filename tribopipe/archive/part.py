@@ -32,7 +32,7 @@ def find_part(file: h5py.File, path: str) -> h5py.Group | h5py.Dataset:
     part = part_at(file, path)
     if isinstance(part, NoPart) and part.beyond:
         raise ArchiveError(
-            f"{_name(file)}: found {part.beyond}, at {path!r}; expected an object in this file; open the target "
+            f"{_name(file)}: found {part.beyond} at {path!r}; expected an object in this file; open the target "
             "separately if you trust it"
         )
     if isinstance(part, NoPart | h5py.Datatype):
@@ -53,7 +53,7 @@ def part_at(start: h5py.Group, path: str) -> Part | NoPart:
         if isinstance(found, h5py.SoftLink):
             followed += 1
             if followed > _MOST_LINKS:
-                return NoPart(f"more than {_MOST_LINKS} links one after another")
+                return NoPart(f"a chain of more than {_MOST_LINKS} links")
             steps += _steps(found.path)
             found = _start(part, found.path)
         part = found
@@ -98,7 +98,7 @@ def _no_part(file: h5py.File, path: str) -> ArchiveError:
     wanted = "/" + "/".join(reversed(_steps(path)))
     near = get_close_matches(wanted, list(_paths(file)), n=1, cutoff=0)
     nearest = f"; did you mean {near[0]!r}?" if near else ""
-    return ArchiveError(f"{_name(file)}: found no {path!r}; expected a part of the file, such as '/entry/raw'{nearest}")
+    return ArchiveError(f"{_name(file)}: found no {path!r}; expected a group or dataset, such as '/entry/raw'{nearest}")
 
 
 def _paths(file: h5py.File) -> Iterator[str]:

@@ -30,8 +30,8 @@ def remove(archive: Archive, name: str, *, study: bool = False, force: bool = Fa
             naming = () if study or force else archive.studies_of(name)
             if naming:
                 raise ArchiveError(
-                    f"{path}: cannot be removed, for the study {', '.join(naming)} names it; expected a run that no "
-                    "study names; remove the study first with --study, or use --force"
+                    f"{path}: found a run of the study {', '.join(naming)}; expected a run that is in no study; "
+                    "remove the study first with --study, or use --force"
                 )
             kept = _free(archive, path)
             with announced(archive.folder, path, "removed", state_of(path), None, by):
@@ -55,8 +55,8 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
                 raise _unknown(archive, name, study=study, removed=True)
             if path.exists():
                 raise ArchiveError(
-                    f"{path}: found an existing file; expected none of that id, since nothing is replaced; remove it "
-                    "first"
+                    f"{path}: found an existing file; expected no file with this id, since files are never replaced; "
+                    "remove the existing file first"
                 )
             check_adopted(kept, path, STUDY_FORMAT if study else RUN_FORMAT)
             with announced(archive.folder, path, "restored", None, state_of(kept), by):
@@ -98,16 +98,16 @@ def _unknown(archive: Archive, name: str, *, study: bool, removed: bool = False)
         known = removed_ids(archive, study=study)
         where, one = (
             f"{archive.folder / REMOVED}: ",
-            f"one that `tribopipe remove` has taken out{'' if study else '; --study names a study'}",
+            f"the ID of a {kind} removed with `tribopipe remove`{'' if study else ', or --study for a study'}",
         )
     else:
         known = archive.study_ids() if study else archive.ids()
-        where, one = f"{archive.folder}: ", f"one in the archive{'' if study else ', or --study for a study'}"
+        where, one = f"{archive.folder}: ", f"the ID of an archived {kind}{'' if study else ', or --study for a study'}"
     return ArchiveError(f"{where}found no {kind} {name!r}; expected {one}; {did_you_mean(name, known)}")
 
 
 def _not_written(archive: Archive, error: OSError) -> ArchiveError:
     return ArchiveError(
         f"{archive.folder}: cannot be written ({error.strerror or error}); expected an archive folder with write "
-        "permission; see to that, and run this again"
+        "permission; check its permissions, and run the command again"
     )

@@ -43,17 +43,18 @@ def rescue(path: Path, into: Path) -> Rescued:
     folder = into / path.stem
     if folder.exists():
         raise ArchiveError(
-            f"{folder}: found an existing folder; expected none, since nothing is replaced; name another with --to"
+            f"{folder}: found an existing folder; expected a new folder, since nothing is replaced; specify "
+            "another with --to"
         )
     whole, damaged, listed = _sources(path)
     if not whole:
-        raise ArchiveError(f"{path}: found no source file in it that is whole; expected an archived run; {_REMEDY}")
+        raise ArchiveError(f"{path}: found no intact source file; expected an archived run; {_REMEDY}")
     try:
         _write(whole, folder)
     except OSError as error:
         raise ArchiveError(
-            f"{folder}: cannot be written ({error.strerror or error}); expected a folder with room and write "
-            "permission; name another with --to"
+            f"{folder}: cannot be written ({error.strerror or error}); expected a folder with free space and "
+            "write permission; specify another with --to"
         ) from None
     return Rescued(folder, tuple(source.name for source in whole), damaged, listed)
 

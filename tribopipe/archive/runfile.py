@@ -130,8 +130,8 @@ def _write_bytes(note: h5py.Group, source: SourceFile) -> None:
         nexus.long_field(note, "data", pieces, source.size, np.uint8)
     except ValueError:
         raise ArchiveError(
-            f"{source.name}: found more or fewer bytes than the {source.size:,} that were read; expected a file that "
-            "nothing is written into meanwhile; try again once the test has ended"
+            f"{source.name}: found that the size is no longer {source.size:,} bytes; expected a file that does not "
+            "change; try again when the test has ended"
         ) from None
 
 
@@ -161,7 +161,7 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
         data.attrs["position_indices"] = 0
         nexus.field(data, "title", name)
         nexus.field(data, "position", profile.position, "m", long_name="position across the wear track")
-        nexus.field(data, "height", profile.height, "m", long_name="height, upwards out of the disc")
+        nexus.field(data, "height", profile.height, "m", long_name="height, positive outward from the body")
 
 
 def read_manifest(file: h5py.File) -> RunManifest:
@@ -176,8 +176,8 @@ def read_manifest(file: h5py.File) -> RunManifest:
         if (kind := unknown_kind(json.loads(text))) is None:
             raise
         raise NotInstalledError(
-            f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed here; expected "
-            f"one of {', '.join(contacts())}; install the package that adds it, as where the run was archived"
+            f"{file.filename}: found the contact kind {kind!r}, which is not installed; expected one of "
+            f"{', '.join(contacts())}; install the package that provides it"
         ) from None
 
 

@@ -76,11 +76,11 @@ def check_every_byte(path: Path) -> None:
         written = file.read(SEAL_SIZE)
         size = os.fstat(file.fileno()).st_size  # of the file opened, for another may have taken its place meanwhile
         if _length_said(file.read(_SUPERBLOCK)) != size:  # a terabyte of nothing takes an hour to read
-            raise _damaged(path, "it is not as long as when its checksum was taken")
+            raise _damaged(path, "its length differs from that in its header")
         file.seek(SEAL_SIZE)
         found = _seal_of(hashlib.file_digest(file, "sha256").hexdigest())
     if written != found:
-        raise _damaged(path, "its checksum is not the one it was sealed with")
+        raise _damaged(path, "its checksum differs from that in its seal")
     if settled:
         know(path, stamp)
 
@@ -102,8 +102,8 @@ def _length_said(superblock: bytes) -> int | None:
 
 def _damaged(path: Path, why: str) -> ArchiveError:
     return ArchiveError(
-        f"{path}: found a damaged file ({why}); expected every byte as tribopipe wrote it; restore it from a copy, or "
-        "save what is whole in it with `tribopipe rescue`"
+        f"{path}: found a damaged file ({why}); expected the file as tribopipe wrote it; restore it from a copy, or "
+        "save its intact source files with `tribopipe rescue`"
     )
 
 

@@ -196,16 +196,16 @@ class Archive:
             if text(file, "entry/archived/raw_sha256") == raw_digest(run):
                 return False
             changed = changed_file(file["entry"], run)
-        found = f"{self.path(run.id)}: found a run of the id {run.id!r} with other content"
+        found = f"{self.path(run.id)}: found a run with the id {run.id!r} but different content"
         if changed is not None:
             raise ArchiveError(
-                f"{found}: {changed} is not as it was; expected the instrument's files as they were or another id; "
-                "change id in run.toml, or move the old file away if this run replaces it"
+                f"{found}: {changed} has changed; expected unchanged instrument files or another id; change id in "
+                "run.toml, or move the archived file away if this run replaces it"
             )
         if not amend:
             raise ArchiveError(
-                f"{found}, though the instrument's files are the same; expected the run.toml that it was archived with "
-                "or another id; --amend takes in this run.toml, and keeps the earlier one"
+                f"{found}, although the instrument files are the same; expected the archived run.toml or another id; "
+                "use --amend to replace run.toml and keep the earlier version"
             )
         return True
 
@@ -255,7 +255,7 @@ class Archive:
             return result
         raise ArchiveError(
             f"{self.path(run_id)}: found {type(result).__name__} as result of {step_in_words(name)}; expected "
-            f"{record.__name__}; name a run on another tribometer"
+            f"{record.__name__}; specify a run on another tribometer"
         )
 
     def needed_result(self, run_id: str, name: StepName, record: type[R]) -> R:
@@ -263,8 +263,8 @@ class Archive:
         result = self.result(run_id, name, record)
         if result is None:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no {step_in_words(name)}; expected the run to have been through it; do "
-                "that step first, or `tribopipe process` the run"
+                f"{self.path(run_id)}: found no {step_in_words(name)}; expected a run with this step; run the step "
+                "first, or run `tribopipe process`"
             )
         return result
 
@@ -324,8 +324,8 @@ class Archive:
             if base in step.stands_on and step.stands_on[base] != ("" if there is None else there.result):
                 made, other = step_in_words(step.name), step_in_words(base)
                 raise ArchiveError(
-                    f"{self.path(run_id)}: found another {other} than the {made} was made from, as another tribopipe "
-                    "has worked on the run meanwhile; expected one at a time; run this again"
+                    f"{self.path(run_id)}: found that another tribopipe process has changed the {other} since the "
+                    f"{made} was computed; expected one process at a time; run the command again"
                 )
 
     @property
@@ -356,8 +356,8 @@ class Archive:
                 return "unchanged"
             if os.path.lexists(path):
                 raise ArchiveError(
-                    f"{path}: found a different file with this name; expected the same file or none; "
-                    "move it away, or choose another archive with --archive"
+                    f"{path}: found a different file with this name; expected the same file or no file; "
+                    "move the existing file away, or choose another archive with --archive"
                 )
             try:
                 with placed(self.folder, path, "imported") as part:
@@ -423,7 +423,7 @@ class Archive:
             if mark.kind == "good" and (not marks or marks[-1].kind != "bad"):
                 raise ArchiveError(
                     f"{self.path(run_id)}: found no bad mark to remove; expected a run that is marked bad; "
-                    "`tribopipe ls` shows which are"
+                    "`tribopipe ls` shows the marks"
                 )
             write_marks(copy_except(old, new, {"marks"}), [*marks, mark])
 
@@ -451,7 +451,7 @@ class Archive:
     def _refuse_to_take_back(self, run_id: str, annotation: Annotation, tags: Sequence[str]) -> None:
         if annotation.kind == "untag" and annotation.text not in tags:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no tag {annotation.text!r} to remove; expected one that the run has; "
+                f"{self.path(run_id)}: found no tag {annotation.text!r} to remove; expected a tag of the run; "
                 f"{did_you_mean(annotation.text, tags)}"
             )
 
@@ -465,7 +465,7 @@ class Archive:
         if not path.is_file():
             _refuse_odd(path)
             raise ArchiveError(
-                f"{self.folder}: found no run {run_id!r}; expected one in the archive; "
+                f"{self.folder}: found no run {run_id!r}; expected the ID of an archived run; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
         with opened(path, parts) as file:
@@ -540,8 +540,8 @@ class Archive:
         """Make a folder where there is none; one that has gone meanwhile is not created again on another drive."""
         if self._drive is not None and drive_of(self.folder) != self._drive:
             raise ArchiveError(
-                f"{self.folder}: found the archive gone, which was there before; expected it to stay while it is "
-                "written to; see whether its drive or share is connected, or who moved it"
+                f"{self.folder}: found that the archive folder is gone; expected the folder to remain while tribopipe "
+                "writes; check whether its drive or network share is connected, or whether it was moved"
             )
         folder.mkdir(parents=True, exist_ok=True)
         self._drive = drive_of(self.folder)
@@ -549,7 +549,7 @@ class Archive:
     def _refuse(self, error: OSError) -> NoReturn:
         raise ArchiveError(
             f"{self.folder}: cannot be written ({error.strerror or error}); expected a folder with "
-            "room and write permission; choose another with --archive"
+            "free space and write permission; choose another with --archive"
         ) from None
 
 
@@ -562,8 +562,8 @@ def _read_back(part: Path, path: Path) -> None:
         if error.__cause__ is not None and (number := number_of(error.__cause__)):
             raise OSError(number, os.strerror(number)) from error
         raise ArchiveError(
-            f"{path}: cannot be archived, for it could not be read again ({_found_in(error)}); expected less of "
-            "that; the archive is as it was"
+            f"{path}: cannot be archived because it cannot be read back ({_found_in(error)}); expected content "
+            "within the limits of the archive; the archive is unchanged"
         ) from None
 
 
@@ -594,7 +594,7 @@ def _refuse_odd(path: Path) -> None:
     """
     if os.path.lexists(path):
         raise ArchiveError(
-            f"{path}: found a folder, a pipe, a device or a link to nothing; expected a file that tribopipe wrote; "
+            f"{path}: found a folder, pipe, device or broken link; expected a file written by tribopipe; "
             "move it out of the archive"
         )
 

@@ -94,7 +94,7 @@ def _write_curve(entry: h5py.Group, name: str, curve: StudyCurve) -> None:
     data.attrs["auxiliary_signals"] = others
     data.attrs[f"{curve.along}_indices"] = 0
     body, law = spoken(curve.body), law_heading(curve.model)
-    nexus.field(data, "title", f"{curve.run_id}, {body}: {curve.role} by {law}")
+    nexus.field(data, "title", f"{curve.run_id}, {body}: {curve.role} with {law}")
     for told in _TOLD:
         nexus.field(data, told, getattr(curve, told))
     nexus.field(data, curve.along, curve.places, SIGNALS[curve.along].unit)

@@ -73,8 +73,8 @@ class Cluster:
             return
         if future.status == "cancelled":
             raise BatchError(
-                "--scheduler: found it gone while it had tasks to do; expected it to stay; what was archived is kept, "
-                "and the same command goes on from there"
+                "--scheduler: found that the scheduler ended before all tasks were done; expected it to keep running; "
+                "start it again and run the same command: archived results are kept"
             )
         if future.status in ("finished", "error"):
             task = self._begun.pop(future)
@@ -93,7 +93,7 @@ class Cluster:
     def _say_what_is_waited_for(self) -> None:
         waits = not self._workers()
         if waits and not self._waits:
-            self._tell("waiting for workers of the scheduler: there are none now")
+            self._tell("waiting for workers: the scheduler has none at present")
         self._waits = waits
 
 
@@ -105,8 +105,8 @@ def _answer(future: Any, task: object) -> Any:
         return lost(task)
     except Exception as error:  # noqa: BLE001 - whatever it is that a worker cannot even begin
         return BatchError(
-            f"{name_of(task) or 'a task'}: could not be done by a worker ({type(error).__name__}: {error}); "
-            f"expected workers with tribopipe {VERSION} installed; see to their environment"
+            f"{name_of(task) or 'a task'}: could not be run on a worker ({type(error).__name__}: {error}); "
+            f"expected workers with tribopipe {VERSION} installed; check their environment"
         )
 
 
@@ -120,7 +120,7 @@ def cluster(scheduler: str, jobs: int, tell: Callable[[str], object]) -> Iterato
         distributed: Any = import_module("distributed")
     except ImportError:
         raise BatchError(
-            "--scheduler: found no Dask here; expected the package distributed; install it with "
+            "--scheduler: found no Dask installation; expected the package distributed; install it with "
             '`pip install "tribopipe[hpc]"`'
         ) from None
     with ExitStack() as ending:
@@ -158,8 +158,8 @@ def _connected(distributed: Any, scheduler: str) -> Iterator[Any]:
         client = distributed.Client(scheduler, timeout=_ANSWERS_WITHIN, set_as_default=False)
     except OSError:
         raise BatchError(
-            f"--scheduler: found no Dask scheduler at {scheduler}; expected one that answers within "
-            f"{_ANSWERS_WITHIN} s; start it with `dask scheduler`, or see to the address"
+            f"--scheduler: found no Dask scheduler at {scheduler}; expected a scheduler that answers within "
+            f"{_ANSWERS_WITHIN} s; start it with `dask scheduler`, or check the address"
         ) from None
     with client:
         yield client
@@ -193,7 +193,7 @@ def _answer_on_worker(version: str, work: Callable[[Task], Answer], task: Task) 
     """Do a task as a worker, unless that is of another version than who asks."""
     if version != VERSION:
         return BatchError(
-            f"found a worker with tribopipe {VERSION}; expected {version}, as here; install the same version on all"
+            f"found a worker with tribopipe {VERSION}; expected {version}, as on this machine; install the same version"
         )
     with _one_at_a_time:
         return answer_of(work, task)

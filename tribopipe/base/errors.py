@@ -100,13 +100,13 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     choices = sorted(set(known))
     if near := nearest(name, choices):
         return f"did you mean {near!r}?"
-    return f"known here: {_listed(choices)}" if choices else "nothing is known here"
+    return f"available: {_listed(choices)}" if choices else "none are available"
 
 
 def unknown_name(owner: str, name: object, known: Iterable[str], call: str = "") -> UnknownNameError:
     """Return the error about a name that is asked for in Python: what there is, the nearest of it, what to call."""
     choices = list(dict.fromkeys(known))
-    there = f"expected one of {_listed(choices)}" if choices else "nothing is known here"
+    there = f"expected one of {_listed(choices)}" if choices else "none are available"
     near = nearest(str(name), choices)
     rest = [f"did you mean {near!r}?" if near else "", call]
     return UnknownNameError("; ".join([f"{owner}: found no {name!r}", there, *filter(None, rest)]))

@@ -37,8 +37,8 @@ def lost(task: object) -> BatchError:
     """Return what is stated about a task that has lost its workers too often."""
     name = name_of(task)
     return BatchError(
-        f"{f'{name}: ' if name else ''}found {REDONE + 1} workers lost over it (killed, or out of memory); expected "
-        "one to end; see whether memory is short, with fewer workers at once or one alone"
+        f"{f'{name}: ' if name else ''}found that {REDONE + 1} workers were killed or ran out of memory; expected a "
+        "worker to complete the task; if memory is short, use fewer workers"
     )
 
 

@@ -18,16 +18,16 @@ from tribopipe.base.errors import InternalError, TribopipeError
 from tribopipe.version import VERSION
 
 _MENDED_BY = {
-    errno.ENOSPC: "make room on the disk",
-    errno.EDQUOT: "make room, or have the quota raised",
-    errno.EACCES: "see to its permissions",
-    errno.EPERM: "see to its permissions",
-    errno.EROFS: "choose a folder that can be written",
-    errno.ENOENT: "see whether it was moved, or its drive is gone",
-    errno.ENOTDIR: "see whether it was moved, or its drive is gone",
-    errno.EIO: "see whether its drive or share is sound",
+    errno.ENOSPC: "free space on the disk",
+    errno.EDQUOT: "free space, or have the quota raised",
+    errno.EACCES: "check its permissions",
+    errno.EPERM: "check its permissions",
+    errno.EROFS: "choose a writable folder",
+    errno.ENOENT: "check whether it was moved or its drive is disconnected",
+    errno.ENOTDIR: "check whether it was moved or its drive is disconnected",
+    errno.EIO: "check its drive or network share",
     errno.ESTALE: "reconnect its network share",
-    errno.EMFILE: "close files, or raise the limit of open ones",
+    errno.EMFILE: "close files, or raise the limit of open files",
     errno.ENFILE: "close other programs",
     errno.ENOMEM: "close other programs",
 }
@@ -53,7 +53,7 @@ def number_of(error: BaseException) -> int:
 
 def unreadable(number: int) -> str:
     """Report for a file that the system does not read: nothing is known of what it holds."""
-    return f"cannot be read ({os.strerror(number)}); expected a file that can be; {mended_by(number)}"
+    return f"cannot be read ({os.strerror(number)}); expected a readable file; {mended_by(number)}"
 
 
 def mended_by(number: int) -> str:
@@ -68,16 +68,17 @@ def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
     if isinstance(error, OSError):
         place, why = error.filename or where, error.strerror or error
         return TribopipeError(
-            f"{_before(place)}cannot be read or written ({why}); expected it to be; {mended_by(error.errno or 0)}"
+            f"{_before(place)}cannot be read or written ({why}); expected read and write access; "
+            f"{mended_by(error.errno or 0)}"
         )
     if isinstance(error, MemoryError):
         return TribopipeError(
-            f"{_before(where)}found too little memory; expected enough for all samples of a run; close other programs, "
-            "or split the run"
+            f"{_before(where)}found too little memory; expected enough memory for all samples of a run; close other "
+            "programs, or split the run"
         )
     return InternalError(
-        f"{_before(where)}found a fault of tribopipe itself ({type(error).__name__}: {_first_line(error)}); expected "
-        f"none, whatever the run; please report it{_kept(error)}"
+        f"{_before(where)}found a bug in tribopipe ({type(error).__name__}: {_first_line(error)}); expected no "
+        f"internal error; please report the bug{_kept(error)}"
     )
 
 
@@ -96,8 +97,8 @@ def _kept(error: Exception) -> str:
         with path.open("a", encoding="utf-8", errors="backslashreplace") as file:
             file.writelines(traceback.format_exception(error))
     except OSError as why:
-        return f"; its traceback could not be kept ({why.strerror})"
-    return f" with the file {path}, which holds its traceback"
+        return f"; its traceback could not be saved ({why.strerror})"
+    return f" with the file {path}, which contains the traceback"
 
 
 @cache

@@ -167,10 +167,12 @@ def _checked_unit(text: str, kind: str) -> _Unit:
     try:
         unit = _unit(text)
     except ValueError:
-        raise UnitError(f"found {text!r}, which is no unit; expected a {kind} unit such as {wanted.shown!r}") from None
+        raise UnitError(
+            f"found {text!r}, which is not a unit; expected a {kind} unit such as {wanted.shown!r}"
+        ) from None
     if unit.dimension != _unit(wanted.si).dimension:
-        found = f"the unit {text!r}" if text.strip() else "no unit"
-        raise UnitError(f"found {found}, which is no unit of {kind}; expected one such as {wanted.shown!r}")
+        found = f"the unit {text!r}, which is not a unit of {kind}" if text.strip() else "no unit"
+        raise UnitError(f"found {found}; expected a {kind} unit such as {wanted.shown!r}")
     in_angles = bool(_ANGLE.search(_as_by_the_rules(text)))
     if kind == "rotational speed" and not in_angles:
         return unit._replace(slope=unit.slope * Decimal(math.tau))
@@ -185,9 +187,9 @@ def parse(text: str, kind: str) -> float:
     wanted = KINDS[kind]
     matched = _NUMBER_THEN_UNIT.match(text.rstrip())
     if matched is None or matched["unit"].startswith(","):
-        hint = "; write the decimal sign as a point" if re.search(r"\d,\d", text) else ""
+        hint = "; write a decimal point" if re.search(r"\d,\d", text) else ""
         raise UnitError(
-            f"found {text!r}, which is no number with a unit; expected a {kind} such as {wanted.example!r}{hint}"
+            f"found {text!r}, which is not a number with a unit; expected a {kind} such as {wanted.example!r}{hint}"
         )
     if not matched["unit"] and wanted.si != "1":
         raise UnitError(f"found {text!r} without a unit; expected a {kind} such as {wanted.example!r}")
@@ -213,7 +215,7 @@ def with_point(text: str) -> str:
     whole, decimals = found["whole"], found["decimals"]
     if len(decimals) == 3 and whole.strip("+- ").lstrip("0"):
         raise UnitError(
-            f"found {text!r}, whose comma may be a decimal sign or stand between thousands; expected to see which; "
+            f"found {text!r}, where the comma may mark decimals or thousands; expected a decimal point or no comma; "
             f"write {whole.strip()}.{decimals} or {whole.strip()}{decimals}"
         )
     return f"{whole}.{decimals}{text[found.end() :]}"
@@ -274,7 +276,9 @@ def _unit_like(unit: str, si_unit: str) -> _Unit:
     try:
         return _unit(unit)
     except ValueError:
-        raise UnitError(f"found {unit!r}, which is no unit; expected one of the same kind as {si_unit!r}") from None
+        raise UnitError(
+            f"found {unit!r}, which is not a unit; expected a unit of the same kind as {si_unit!r}"
+        ) from None
 
 
 def uncertain(value: float, uncertainty: float | None, si_unit: str) -> Any:
@@ -298,7 +302,7 @@ def computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any
     try:
         return operation(left, right)
     except (DimensionalityError, OffsetUnitCalculusError) as error:
-        raise UnitError(f"found units that do not go together: {error}; expected quantities of one kind") from None
+        raise UnitError(f"found incompatible units: {error}; expected quantities of one kind") from None
 
 
 def uncertain_in(quantity: Any, unit: str) -> Any:

@@ -45,8 +45,8 @@ def archived_coefficients(archive: Archive, run_id: str, law: LawName) -> list[Q
     if fit is not None and (known := archards_wear(fit)) is not None:
         return list(known.bodies.values())
     raise FitError(
-        f"{run_id}: found no k_D under {law} in the archive; expected one to compute the wear; run `tribopipe fit "
-        f'--law {law} {run_id}`, or give one with --wear-coefficient "13.5e-9 mm^3/(N*mm)"'
+        f"{run_id}: found no k_D for the law {law} in the archive; expected k_D to compute the wear; run `tribopipe "
+        f'fit --law {law} {run_id}`, or specify k_D with --wear-coefficient "13.5e-9 mm^3/(N*mm)"'
     )
 
 

@@ -51,12 +51,12 @@ def require_free(
     """
     for path in paths:
         if path.is_dir():
-            raise OutputError(f"{path}: found a folder; expected a file to write; add its name")
+            raise OutputError(f"{path}: found a folder; expected the path of a file; add a file name")
         require_outside(path, beside_run=beside_run)
         ours = own is not None and (_in_own_figures(path) or (path.is_file() and own(path)))
         if os.path.lexists(path) and not (ours or force):
-            remedy = "--force replaces it" if own is None else "name another one"
-            raise OutputError(f"{path}: found an existing file; expected none; {remedy}")
+            remedy = "use --force to replace it" if own is None else "specify another file"
+            raise OutputError(f"{path}: found an existing file; expected no file; {remedy}")
 
 
 def require_folder(folder: Path) -> None:
@@ -68,7 +68,7 @@ def require_folder(folder: Path) -> None:
         Where a file is there, or a link to nowhere, and where ``require_outside`` refuses what is in the folder.
     """
     if os.path.lexists(folder) and not folder.is_dir():
-        raise OutputError(f"{folder}: found no folder; expected a folder to write into; name another one")
+        raise OutputError(f"{folder}: found a file or a broken link; expected a folder; specify another folder")
     require_outside(folder / "any")
 
 
@@ -83,8 +83,8 @@ def require_outside(path: Path, *, beside_run: bool = False) -> None:
         kind = _kind(folder)
         if kind == _ARCHIVE or (kind == _RUN and not beside_run):
             raise OutputError(
-                f"{path}: found a path inside {kind}, {folder}; expected one outside it, since only tribopipe writes "
-                "there; choose a different folder"
+                f"{path}: found a path inside {kind}, {folder}, where only tribopipe writes; expected a path outside; "
+                "choose a different folder"
             )
 
 

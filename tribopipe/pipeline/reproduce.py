@@ -74,19 +74,19 @@ def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:
             others.append(planned)
     except (KeyError, TypeError, ValueError):
         raise ArchiveError(
-            f"{run_id}: found options of {step.name} that tribopipe cannot read; expected those it writes; run the "
-            "step again"
+            f"{run_id}: found options of {step.name} that tribopipe cannot read; expected options written by "
+            "tribopipe; run the step again"
         ) from None
-    raise ArchiveError(f"{run_id}: found {step.name} made from {_another(step, others)}; run the step again")
+    raise ArchiveError(f"{run_id}: found {step.name} computed from {_another(step, others)}; run the step again")
 
 
 def _another(step: Step, others: Sequence[PlannedStep]) -> str:
     """Report what a step was made from that the archive does not hold any more."""
     if not others:
-        return f"a wear coefficient of {step.options.get('reference')}; expected it to be in the archive"
+        return f"a wear coefficient of {step.options.get('reference')}; expected that coefficient in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]
-    another = f"a different {' and '.join(changed)}" if changed else "something else"
-    return f"{another} than the archive contains now; expected the same"
+    another = f"a different {' and '.join(changed)}" if changed else "different inputs"
+    return f"{another} than the archive now contains; expected the same inputs"
 
 
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:
@@ -180,14 +180,14 @@ def _planned_again(archive: Archive, stored: StoredStudy) -> PlannedStudy:
     planned = planned_study(archive, stored.study, recipe_of(stored.options))
     if tuple(planned.left_out) != stored.result.left_out:
         raise ArchiveError(
-            f"study {stored.study.id}: found different runs marked bad from those at its evaluation; expected the "
-            "same; run the study again"
+            f"study {stored.study.id}: found that the runs marked bad have changed since its evaluation; expected "
+            "the same runs; run the study again"
         )
     changed = [run_id for run_id, sha256 in stored.stands_on.items() if planned.stands_on.get(run_id) != sha256]
     if changed:
         raise ArchiveError(
-            f"study {stored.study.id}: found content of {', '.join(changed)} that differs from that at its evaluation; "
-            "expected the same; run the study again"
+            f"study {stored.study.id}: found that {', '.join(changed)} changed after its evaluation; expected the same "
+            "content; run the study again"
         )
     return planned
 

@@ -113,8 +113,8 @@ def find_runs(path: Path) -> list[Path]:
     """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
     if path.is_file() and path.suffix.lower() != ".toml":
         raise ManifestError(
-            f"{path}: found a file; expected a run folder; if an instrument wrote it, make a run folder of it: "
-            f"tribopipe new {_as_typed(path)}"
+            f"{path}: found a file; expected a run folder; to make a run folder from an instrument file, "
+            f"run: tribopipe new {_as_typed(path)}"
         )
     if manifest_path(path).is_file() or not path.is_dir():
         return [path]
@@ -122,8 +122,8 @@ def find_runs(path: Path) -> list[Path]:
     found = sorted((manifest.parent for manifest in manifests), key=lambda run: natural_order(str(run)))
     if not found:
         raise ManifestError(
-            f"{path}: found no {MANIFEST_NAME} in it or below; expected a run folder; if it holds exports of an "
-            f"instrument, make a run folder of each: tribopipe new {_as_typed(path)}"
+            f"{path}: found no {MANIFEST_NAME} in it or its subfolders; expected a run folder; to make run folders "
+            f"from instrument files, run: tribopipe new {_as_typed(path)}"
         )
     return found
 

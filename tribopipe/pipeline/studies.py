@@ -62,8 +62,8 @@ def load_studies(paths: Sequence[Path]) -> list[Study]:
         study = load_toml(path, Study)
         if study.id in studies:
             raise ManifestError(
-                f"{path}: id: found {study.id!r}, which {studies[study.id][0]} also has; expected a unique id for "
-                "each study; change one of them"
+                f"{path}: id: found {study.id!r}, which is also used in {studies[study.id][0]}; expected a unique "
+                "id for each study; change one of the ids"
             )
         studies[study.id] = (path, study)
     return [study for _, study in studies.values()]
@@ -286,7 +286,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
         if name not in archive.study_ids():
             known = [*archive.ids(), *archive.study_ids()]
             raise ArchiveError(
-                f"{archive.folder}: found no run and no study {name!r}; expected one in the archive; "
+                f"{archive.folder}: found no run or study {name!r}; expected the ID of an archived run or study; "
                 f"{did_you_mean(name, known)}"
             )
         stored = archive.study(name)
@@ -296,7 +296,7 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
     if not runs:
         raise ArchiveError(
             f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a run that is "
-            "not marked bad; name another, or remove the mark with `tribopipe mark-bad --undo`"
+            "not marked bad; specify another run, or remove the mark with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
     return designs(posed(run, law, recipe), law, wanted, shared, scatter)
@@ -354,8 +354,8 @@ def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection
             drafts.append(drafted.model_copy(update={"laws": laws}))
     if not drafts:
         raise FitError(
-            f"study: found {len(manifests)} runs, no two of which have the same bodies and environment; expected at "
-            "least one to fit and one to predict; check materials, radii and environment in run.toml"
+            f"study: found {len(manifests)} runs, but no two with the same bodies and environment; expected at "
+            "least one run to fit and one to predict; check materials, radii and environment in run.toml"
         )
     return drafts
 

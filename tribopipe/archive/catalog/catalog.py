@@ -63,7 +63,7 @@ def take_note(archive: Path, name: str, stamp: Stamp, before: Known | None) -> N
     except FileNotFoundError:
         return None
     except OSError as error:
-        why = f"cannot be read ({error.strerror or error}); expected a file of the archive; check its permissions"
+        why = f"cannot be read ({error.strerror or error}); expected a readable file; check its permissions"
         return Note(name, Known(str(stamp), settled=False, sha256=""), error=why)
     if before is not None and before.sha256 == known.sha256:
         return Note(name, known, same=True)
@@ -91,8 +91,8 @@ def _read(archive: Path, name: str, known: Known) -> Note:
         if number := number_of(error):
             raise ArchiveError(f"{path}: {unreadable(number)}") from error
         raise ArchiveError(
-            f"{path}: found a damaged file ({type(error).__name__}: {error}); expected what tribopipe wrote; restore "
-            "it from a copy"
+            f"{path}: found a damaged file ({type(error).__name__}: {error}); expected the file as tribopipe "
+            "wrote it; restore it from a copy"
         ) from error
 
 

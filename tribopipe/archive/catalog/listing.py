@@ -64,17 +64,21 @@ def _of_other_laws() -> Iterator[ListedColumn]:
     for entry in added("tribopipe.laws"):
         if entry.name.isidentifier():
             law, by = entry.name, entry.name.replace("_", " ")
-            of_one = "of the pin or the crowned disc."
-            yield _number(f"k_d_{law}", f"k_D by {by}", f"Wear coefficient by {by}, {of_one}", "wear coefficient", _K_D)
+            of_one = "of the pin or the crowned disc"
+            yield _number(f"k_d_{law}", f"k_D ({by})", f"Wear coefficient {of_one} ({by}).", "wear coefficient", _K_D)
             yield _number(
                 f"k_d_{law}_disc",
-                f"k_D disc by {by}",
-                f"Wear coefficient by {by}, of the disc or the cylindrical disc.",
+                f"k_D disc ({by})",
+                f"Wear coefficient of the disc or the cylindrical disc ({by}).",
                 "wear coefficient",
                 _K_D,
             )
             yield _number(
-                f"predicted_depth_{law}", f"predicted depth by {by}", f"Wear depth predicted by {by}.", "length", "µm"
+                f"predicted_depth_{law}",
+                f"predicted wear depth ({by})",
+                f"Predicted wear depth ({by}).",
+                "length",
+                "µm",
             )
 
 
@@ -97,9 +101,9 @@ _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
 
 _ALL = (
     _text("id", "run", "Name of the run.", shown=True),
-    _text("mark", "mark", "Bad where the run is marked bad.", shown=True),
+    _text("mark", "mark", "Shows 'bad' for a run that is marked bad.", shown=True),
     _text("tags", "tags", "Tags given to the run.", joint=", ", shown=True),
-    _text("title", "title", "One line about the run."),
+    _text("title", "title", "Title of the run."),
     _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
     _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
     _text("pin_material", "pin material", "Material of the pin."),
@@ -119,42 +123,48 @@ _ALL = (
     _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
     _number("friction_amplitude", "A", "Initial friction above the steady state, A of the fit.", "ratio"),
     _number("running_in", "c", "Running-in distance, c of the fit.", "distance", "m"),
-    _number("mean_friction", "mean μ", "Mean friction coefficient over the whole run.", "ratio"),
-    _number("drift_rate", "drift", "Drift of the depth reading.", "drift rate", "nm/min"),
-    _number("discrepancy", "discrepancy", "Wear by the sensor minus the post-test measurement.", "length", "µm"),
+    _number("mean_friction", "mean μ", "Mean friction coefficient over the entire run.", "ratio"),
+    _number("drift_rate", "drift", "Drift rate of the depth signal.", "drift rate", "nm/min"),
+    _number(
+        "discrepancy", "discrepancy", "Wear depth from the sensor minus the post-test measurement.", "length", "µm"
+    ),
     _number(
         "k_d",
         "k_D",
-        "Wear coefficient by Archard's law, of the pin or the crowned disc.",
+        "Wear coefficient of the pin or the crowned disc (Archard's law).",
         "wear coefficient",
         _K_D,
         shown=True,
     ),
     _number(
         "k_d_sarkar",
-        "k_D by Sarkar",
-        "Wear coefficient by Sarkar's law, of the pin or the crowned disc.",
+        "k_D (Sarkar)",
+        "Wear coefficient of the pin or the crowned disc (Sarkar's law).",
         "wear coefficient",
         _K_D,
     ),
     _number(
         "k_d_disc",
         "k_D disc",
-        "Wear coefficient by Archard's law, of the disc or the cylindrical disc.",
+        "Wear coefficient of the disc or the cylindrical disc (Archard's law).",
         "wear coefficient",
         _K_D,
     ),
     _number(
         "k_d_sarkar_disc",
-        "k_D disc by Sarkar",
-        "Wear coefficient by Sarkar's law, of the disc or the cylindrical disc.",
+        "k_D disc (Sarkar)",
+        "Wear coefficient of the disc or the cylindrical disc (Sarkar's law).",
         "wear coefficient",
         _K_D,
     ),
-    _number("end_depth", "end depth", "Wear depth at the end, of the pin or of both discs together.", "length", "µm"),
-    _number("predicted_depth", "predicted depth", "Wear depth predicted by Archard's law.", "length", "µm"),
+    _number("end_depth", "final wear depth", "Final wear depth of the pin or of both discs together.", "length", "µm"),
+    _number("predicted_depth", "predicted wear depth", "Predicted wear depth (Archard's law).", "length", "µm"),
     _number(
-        "predicted_depth_sarkar", "predicted depth by Sarkar", "The same as predicted by Sarkar's law.", "length", "µm"
+        "predicted_depth_sarkar",
+        "predicted wear depth (Sarkar)",
+        "Predicted wear depth (Sarkar's law).",
+        "length",
+        "µm",
     ),
     _number("wear_volume", "wear volume", "Wear volume of the pin or the crowned disc.", "volume", "mm³"),
     _number(
@@ -168,14 +178,14 @@ _ALL = (
         "wear coefficient",
         _RATE,
     ),
-    ListedColumn("started", "started", "Start of the test, by the clock of the lab.", kind="date", shown=True),
+    ListedColumn("started", "started", "Start of the test, local time.", kind="date", shown=True),
     _text("operator", "operator", "Who ran the test."),
     _text("instrument", "instrument", "Name of the tribometer."),
     _text("comment", "comment", "Comment in run.toml."),
     _text("stage", "stage", "Last step of the run.", shown=True),
     _text("steps", "steps", "All steps of the run.", joint=", "),
-    _text("lacks", "lacks", "Missing inputs, such as a post-test measurement.", joint="; "),
-    _number("findings", "findings", "Errors and warnings when it was ingested.", "count"),
+    _text("lacks", "missing", "Missing inputs, such as a post-test measurement.", joint="; "),
+    _number("findings", "findings", "Number of errors and warnings at ingest.", "count"),
     ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
     _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
     _text("marked_bad", "why bad", "Reason for the bad mark."),
@@ -234,7 +244,7 @@ def column_named(name: str, where: str = "") -> ListedColumn:
     known = plain if plain in ALIASES else plain.lower()
     column = COLUMNS.get(ALIASES.get(known, known))
     if column is None:
-        raise QueryError(f"found {name!r}{where}; expected a column of the list; {_nearest(known)}")
+        raise QueryError(f"found {name!r}{where}; expected a column name; {_nearest(known)}")
     return column
 
 
@@ -245,7 +255,7 @@ def columns_named(names: str) -> list[ListedColumn]:
 
 def _nearest(name: str) -> str:
     near = did_you_mean(name, [*COLUMNS, *ALIASES])
-    return near if near.startswith("did") else "`tribopipe ls --columns help` names them all"
+    return near if near.startswith("did") else "`tribopipe ls --columns help` lists them all"
 
 
 _STEP_WORDS: Mapping[str, str] = {

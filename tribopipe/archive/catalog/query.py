@@ -49,7 +49,7 @@ class Term(NamedTuple):
 def parse_where(text: str) -> list[Term]:
     """Read a query. Raises ``QueryError``: what was found at which character, what was expected, what may be meant."""
     if len(text) > _LONGEST:
-        raise QueryError(f"found a query of {len(text)} characters; expected up to {_LONGEST}; shorten it")
+        raise QueryError(f"found a query of {len(text):,} characters; expected at most {_LONGEST:,}; shorten it")
     return [_term(*written) for written in _written(text)]
 
 
@@ -90,8 +90,8 @@ def _next(text: str, place: int) -> tuple[_Written, int]:
         return _Written(head["name"], head["operator"], _unquoted(value), True, place + 1), value.end()
     if text[head.end() : head.end() + 1] in ('"', "'"):
         raise QueryError(
-            f"found {_cut(text[head.end() :])!r} at character {head.end() + 1} of the query; expected a value between "
-            "two quotes; close it, and write a quote within it twice"
+            f"found {_cut(text[head.end() :])!r} at character {head.end() + 1} of the query; expected a closing "
+            "quote; add the quote, and double any quote within the value"
         )
     end = _NEXT.search(text, head.end())
     stop = end.start() if end else len(text)
@@ -110,7 +110,7 @@ def _head(text: str, start: int, place: int) -> re.Match[str]:
     if head is None:
         raise QueryError(
             f"found {_cut(text[start:])!r} at character {place} of the query; expected a column, an operator such as "
-            "= or <, and a value; write 'load > 300 mN', and a value with such signs in quotes"
+            "= or <, and a value; write, for example, 'load > 300 mN', and quote a value that contains an operator"
         )
     return head
 
@@ -126,10 +126,11 @@ def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Te
     where = f"{column.name} at character {place} of the query"
     if operator not in known:
         raise QueryError(
-            f"{where}: found the operator {operator}; expected one of {' '.join(known)} for a {column.kind}; change it"
+            f"{where}: found the operator {operator}; expected one of {' '.join(known)} for a {column.kind}; change "
+            "the operator"
         )
     if not value.strip():
-        raise QueryError(f"{where}: found no value after {operator}; expected one; write none for nothing known")
+        raise QueryError(f"{where}: found no value after {operator}; expected a value; write none for a missing value")
     if value.strip().casefold() == "none" and not literal:
         return _unknown(column, operator, where)
     return Term(column, operator, _value(column, value, where))
@@ -138,7 +139,7 @@ def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Te
 def _unknown(column: ListedColumn, operator: str, where: str) -> Term:
     if operator not in ("=", "!="):
         raise QueryError(
-            f"{where}: found {operator} none; expected = or !=, since none is nothing known; change the operator"
+            f"{where}: found {operator} none; expected = or != with none, a missing value; change the operator"
         )
     return Term(column, operator, None)
 
@@ -150,8 +151,8 @@ def _value(column: ListedColumn, text: str, where: str) -> Span | str:
         return text
     if not _DATE.fullmatch(text.strip()):
         raise QueryError(
-            f"{where}: found {_cut(text)!r}; expected a date or the beginning of one, such as 2006, 2006-03 or "
-            "2006-03-01; write it so"
+            f"{where}: found {_cut(text)!r}; expected a date or the first part of a date, such as 2006, "
+            "2006-03 or 2006-03-01; change the value"
         )
     return text.strip().replace(" ", "T")
 

@@ -34,7 +34,7 @@ from tribopipe.results.wear_prediction import OUTCOMES
 
 def as_ingested(tribometer: str | None) -> Iterator[Part]:
     """Declare the parts that are written once."""
-    yield text("title", "One line about the run.")
+    yield text("title", "Title of the run.")
     yield defined(run_name(tribometer))
     yield FieldPart("start_time", "Start of the test.", "NX_DATE_TIME")
     yield text("identifier_run", "Id of the run, unique in its archive.")
@@ -42,11 +42,11 @@ def as_ingested(tribometer: str | None) -> Iterator[Part]:
     yield GroupPart("user", "NXuser", "Who ran the test.", (text("name", "Name."),))
     yield _instrument()
     yield from _bodies(tribometer)
-    yield _stated("conditions", Conditions, "How the test was run.", tribometer)
-    yield _stated("end_values", EndValues, "What was measured on the bodies after the test.", tribometer)
+    yield _stated("conditions", Conditions, "Test conditions.", tribometer)
+    yield _stated("end_values", EndValues, "Post-test measurements of the bodies.", tribometer)
     yield _source_files()
-    yield document("manifest", "run.toml, all that is stated about the run.")
-    yield document("findings", "What the checks found when the run was ingested.")
+    yield document("manifest", "Content of run.toml as JSON.")
+    yield document("findings", "Findings of the checks at ingest.")
     yield _raw(tribometer)
     yield _recorded()
     yield _extra_columns()
@@ -70,14 +70,14 @@ def _archived() -> GroupPart:
     members = (
         text("format", "Format of the file."),
         text("raw_sha256", "SHA-256 of the run as ingested."),
-        document("environment", "What the run was ingested with.", required=False),
+        document("environment", "Software versions at ingest.", required=False),
     )
-    return GroupPart("archived", "NXcollection", "How the run was archived.", members, required=True)
+    return GroupPart("archived", "NXcollection", "Archive format and fingerprint of the run.", members, required=True)
 
 
 def _instrument() -> GroupPart:
     sensors = (
-        GroupPart(signal, "NXsensor", f"Sensor of {signal.replace('_', ' ')}.", (text("name", "What it reads."),))
+        GroupPart(signal, "NXsensor", f"Sensor of {signal.replace('_', ' ')}.", (text("name", "Measured quantity."),))
         for signal in SENSED
     )
     members: tuple[Part, ...] = (text("name", "Name of the tribometer."), *sensors)
@@ -104,7 +104,7 @@ def _stated(name: str, record: type[Record], doc: str, tribometer: str | None) -
 _FILE = (
     text("file_name", "Name of the file."),
     text("type", "Kind of its content."),
-    FieldPart("data", "Its bytes as they came.", "NX_BINARY", required=True),
+    FieldPart("data", "Content of the file, byte for byte.", "NX_BINARY", required=True),
     text("checksum", "SHA-256 of the bytes."),
     text("algorithm", "sha256."),
 )
@@ -114,17 +114,17 @@ def earlier_manifests() -> GroupPart:
     """Declare what is kept of a run that was amended."""
     members = (
         *_FILE,
-        text("description", "What has changed since."),
-        FieldPart("date", "When another one took its place.", "NX_DATE_TIME", required=True),
-        text("identifier_raw", "Fingerprint of the run as it was ingested with it."),
+        text("description", "Changes made by the amendment."),
+        FieldPart("date", "Date of the amendment.", "NX_DATE_TIME", required=True),
+        text("identifier_raw", "Fingerprint of the run as ingested with this run.toml."),
     )
     file = GroupPart("", "NXnote", "One run.toml.", members, required=True)
-    amended = FieldPart("amended", "When the run was amended last.", "NX_DATE_TIME", required=True)
-    return GroupPart("earlier_manifests", "NXcollection", "run.toml before the amendment.", (file, amended))
+    amended = FieldPart("amended", "Date of the last amendment.", "NX_DATE_TIME", required=True)
+    return GroupPart("earlier_manifests", "NXcollection", "Earlier versions of run.toml.", (file, amended))
 
 
 def _source_files() -> GroupPart:
-    described = text("description", "What stands above its numbers.", required=False)
+    described = text("description", "Header of the file.", required=False)
     file = GroupPart("", "NXnote", "One file.", (*_FILE, described), required=True)
     return GroupPart("source_files", "NXcollection", "The files of the run folder.", (file,), required=True)
 
@@ -136,23 +136,23 @@ def _raw(tribometer: str | None) -> GroupPart:
 
 
 def _recorded() -> GroupPart:
-    first = FieldPart("first_of_mean", "Number of the first sample of each mean, from 0.", "NX_INT", required=True)
-    doc = "Every sample of a long run, of which ``raw`` holds means; ``mean_of`` is the number of samples per mean."
+    first = FieldPart("first_of_mean", "Index of the first sample of each mean, from 0.", "NX_INT", required=True)
+    doc = "All samples of a long run; ``raw`` contains their means, ``mean_of`` the number of samples per mean."
     return GroupPart("recorded", "NXdata", doc, (*signals("long_name"), first), attributes=("mean_of",))
 
 
 def _extra_columns() -> GroupPart:
     column = FieldPart("column_NUMBER", "Column.", "NX_CHAR_OR_NUMBER", attributes=("column_name", "column_unit"))
-    doc = "Other columns of the instrument files, with their name and unit there."
+    doc = "Other columns of the instrument files, with their original names and units."
     return GroupPart("extra_columns", "NXcollection", doc, (column,))
 
 
 def _profiles() -> GroupPart:
-    docs = {"position": "Position across the track.", "height": "Height, upwards out of the body."}
+    docs = {"position": "Position across the wear track.", "height": "Height, positive outward from the body."}
     lines = (
         FieldPart(name, doc, "NX_FLOAT", ("m",), required=True, attributes=("long_name",)) for name, doc in docs.items()
     )
-    one = GroupPart("", "NXdata", "One profile.", (text("title", "What it was read from."), *lines), required=True)
+    one = GroupPart("", "NXdata", "One profile.", (text("title", "Source of the profile."), *lines), required=True)
     return GroupPart("profiles", "NXcollection", "Profiles across wear tracks and worn tips.", (one,))
 
 
@@ -161,7 +161,7 @@ LAWS = ("archard", "sarkar", "LAW")
 _UNDER_LAWS = (WEAR_FITS, PREDICTIONS, LOCAL_WEAR)
 _TABLES = {
     "course": "Contact and wear during the test, with the Global Incremental Wear Model.",
-    "fields": "Pressure and wear at each place of the surface.",
+    "fields": "Pressure and wear at each point of the surface.",
     "unworn_surface": "Gap between the two bodies before the test.",
 }
 
@@ -186,14 +186,14 @@ def _step(name: StepName, tribometer: str | None) -> GroupPart:
     record = records[-1] if tribometer == "twin-disc" else records[0]
     hashes = (text("inputs_sha256", "Hash of all inputs."), text("result_sha256", "Hash of the result."))
     members = (
-        FieldPart("sequence_index", "Place among the steps, from 1.", "NX_POSINT", required=True),
-        GroupPart("fingerprints", "NXparameters", "SHA-256 by which a step is known.", hashes, required=True),
+        FieldPart("sequence_index", "Position in the sequence of steps, from 1.", "NX_POSINT", required=True),
+        GroupPart("fingerprints", "NXparameters", "SHA-256 fingerprints of the step.", hashes, required=True),
         document("result", "Result with all digits."),
         document("options", "Options of the step."),
-        document("stands_on", "SHA-256 of each part that it was made from.", required=False),
+        document("stands_on", "SHA-256 of each input of the step.", required=False),
         GroupPart("parameters", "NXparameters", "The result, field by field.", _own(record, tribometer), required=True),
     )
-    doc = (record.__doc__ or "").partition("\n")[0] + ("" if law is None else f" By the law of {law.capitalize()}.")
+    doc = (record.__doc__ or "").partition("\n")[0] + ("" if law is None else f" Wear law: {law.capitalize()}.")
     return process(name, doc, *members, *_curves(name, tribometer))
 
 
@@ -216,7 +216,7 @@ def _curves(name: StepName, tribometer: str | None) -> Iterator[GroupPart]:
     if LOCAL_WEAR.law_of(name) is not None:
         yield from _local_wear(discs=tribometer == "twin-disc")
     elif name == "clean_up":
-        yield GroupPart("data", "NXdata", "Signals that came out changed.", tuple(signals()))
+        yield GroupPart("data", "NXdata", "Signals changed in preprocessing.", tuple(signals()))
     elif drawn := _drawn(name, tribometer):
         curves = columns(drawn, required=name != "drift_correction")
         members: tuple[Part, ...] = (*curves, drawn_against(axis_of(tribometer)))
@@ -242,10 +242,10 @@ def _local_wear(*, discs: bool) -> Iterator[GroupPart]:
 
 _MORE = """
 
-All numbers are in SI, those of the group ``wear`` in µm. k_D, the dimensional wear coefficient of the incremental
-wear models, is in m^2/N: 1e-6 m^2/N are 1 mm^3/(N*mm), or 1000 mm^3/(N*m). Standard uncertainties are given by
-``_errors``. What lies in ``raw``, ``recorded``, ``profiles`` and ``source_files`` is as it was ingested and never
-changes; each NXprocess is a step that was computed from it, with all it stands on."""
+All values are in SI units, except those of the group ``wear``, which are in µm. k_D, the dimensional wear coefficient
+of the incremental wear models, is in m^2/N: 1e-6 m^2/N equals 1 mm^3/(N*mm), or 1000 mm^3/(N*m). Fields that end in
+``_errors`` contain standard uncertainties. The groups ``raw``, ``recorded``, ``profiles`` and ``source_files`` contain
+the run as ingested and never change; each NXprocess is a processing step that was computed from them."""
 
 
 @cache
@@ -253,8 +253,8 @@ def run_definition(tribometer: str | None) -> Definition:
     """Return what files of runs on a kind of tribometer hold; of runs without a contact where it is none."""
     later = (
         _wear_plot(tribometer),
-        document("marks", "Who marked the run bad, or took that back, when and why.", required=False),
-        document("annotations", "Tags and notes, each with who and when.", required=False),
+        document("marks", "Bad marks: who set or removed them, when and why.", required=False),
+        document("annotations", "Tags and notes with author and date.", required=False),
         earlier_manifests(),
     )
     members = (*as_ingested(tribometer), *steps(tribometer), *later)
@@ -264,18 +264,18 @@ def run_definition(tribometer: str | None) -> Definition:
 
 def _what(tribometer: str | None) -> str:
     if tribometer is None:
-        return "Friction test whose two bodies are not described, and what was computed from it."
-    return f"Wear test of {contacts()[tribometer].title}, and what was computed from it."
+        return "Friction test without a description of the two bodies, and the results computed from it."
+    return f"Wear test of {contacts()[tribometer].title}, and the results computed from it."
 
 
 def _wear_plot(tribometer: str | None) -> GroupPart:
     corrected = {"wear_depth" if tribometer == "twin-disc" else "pin_wear_depth": "um"}
     curves = columns(corrected | banded(dict.fromkeys(LAWS, "um")), required=False)
     members: tuple[Part, ...] = (text("title", "Title of the plot."), *curves, drawn_against(axis_of(tribometer)))
-    return GroupPart("wear", "NXdata", "Corrected wear and the laws fitted to it, for viewers.", members)
+    return GroupPart("wear", "NXdata", "Corrected wear and the fitted laws, for viewers.", members)
 
 
-_DOC = """Wear tests under one law: what some identify, others have to follow.
+_DOC = """Study of wear tests: k_D is identified from some runs, and the wear of the others is predicted with it.
 
 Curves are wear depths in µm or wear volumes in mm^3 of a body, against the sliding distance or the rotations."""
 
@@ -283,14 +283,14 @@ Curves are wear depths in µm or wear volumes in mm^3 of a body, against the sli
 @cache
 def study_definition() -> Definition:
     """Return what files of studies hold."""
-    archived = (text("format", "Format of the file."), text("inputs_sha256", "SHA-256 of all it was made from."))
+    archived = (text("format", "Format of the file."), text("inputs_sha256", "SHA-256 of all inputs."))
     members = (
-        text("title", "One line about the study."),
+        text("title", "Title of the study."),
         defined(STUDY),
         text("identifier_study", "Id of the study."),
-        GroupPart("archived", "NXcollection", "How the study was archived.", archived, required=True),
-        process("process", "How the study was computed.", required=True),
-        document("study", "study.toml: which runs identify k_D, and which are predicted."),
+        GroupPart("archived", "NXcollection", "Archive format and fingerprint of the study.", archived, required=True),
+        process("process", "Program that computed the study.", required=True),
+        document("study", "study.toml: the runs from which k_D is identified, and those that are predicted."),
         document("result", "Result with all digits."),
         document("options", "Recipe that was used."),
         document("stands_on", "SHA-256 of each run as ingested.", required=False),
@@ -304,25 +304,27 @@ def _curve() -> GroupPart:
     worn, kinds = ("um", "mm^3"), contacts().values()
     members = (
         text("title", "Title of the plot."),
-        text("run_id", "The run."),
+        text("run_id", "ID of the run."),
         text("model", "Wear law."),
-        FieldPart("role", "What the run is for.", required=True, values=("fitted", "predicted")),
+        FieldPart("role", "Role of the run in the study.", required=True, values=("fitted", "predicted")),
         FieldPart(
             "body",
-            "Which body.",
+            "Body.",
             required=True,
             values=tuple(dict.fromkeys(name for one in kinds for name in one.fitted_bodies)),
         ),
-        FieldPart("what", "What the curve is of.", required=True, values=("wear_depth", "wear_volume")),
+        FieldPart("what", "Plotted quantity.", required=True, values=("wear_depth", "wear_volume")),
         *(
-            FieldPart(along.signal, f"Places along the test, {along.words}.", "NX_FLOAT", (SIGNALS[along.signal].unit,))
+            FieldPart(
+                along.signal, f"Position along the test: {along.words}.", "NX_FLOAT", (SIGNALS[along.signal].unit,)
+            )
             for along in dict.fromkeys(one.progress for one in kinds)
         ),
-        FieldPart("measured", "Wear as measured.", "NX_FLOAT", worn),
-        FieldPart("predicted", "Wear by the law.", "NX_FLOAT", worn, required=True),
+        FieldPart("measured", "Measured wear.", "NX_FLOAT", worn),
+        FieldPart("predicted", "Wear calculated with the law.", "NX_FLOAT", worn, required=True),
         FieldPart("lower", "Lower end of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
         FieldPart("upper", "Upper end of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
-        FieldPart("measurement_lower", "Above it lie 97.5 % of measurements.", "NX_FLOAT", worn),
-        FieldPart("measurement_upper", "Below it lie 97.5 % of measurements.", "NX_FLOAT", worn),
+        FieldPart("measurement_lower", "Lower end of the 95 % interval of measurements.", "NX_FLOAT", worn),
+        FieldPart("measurement_upper", "Upper end of the 95 % interval of measurements.", "NX_FLOAT", worn),
     )
     return GroupPart("", "NXdata", "One body of a run under one law.", members)

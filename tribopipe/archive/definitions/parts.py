@@ -99,22 +99,22 @@ def text(name: str, doc: str, *, required: bool = True) -> FieldPart:
 
 def defined(name: str) -> FieldPart:
     """Declare the field that names the definition; its version is that of the format of the file."""
-    return FieldPart("definition", "This definition.", required=True, values=(name,), attributes=("version",))
+    return FieldPart("definition", "Name of this definition.", required=True, values=(name,), attributes=("version",))
 
 
 def document(name: str, doc: str, *, required: bool = True) -> GroupPart:
     """Declare a JSON document, as ``nexus.document`` writes it."""
-    members = (text("type", "application/json."), text("data", "The document."))
+    members = (text("type", "application/json."), text("data", "Content as JSON."))
     return GroupPart(name, "NXnote", doc, members, required)
 
 
 def process(name: str, doc: str, *members: Part, required: bool = False) -> GroupPart:
     """Declare a step of processing: what is known of every one, and its own members."""
     common = (
-        text("program", "Program that computed it."),
+        text("program", "Name of the program."),
         text("version", "Version of the program."),
-        FieldPart("date", "When it was computed.", "NX_DATE_TIME", required=True),
-        document("environment", "What it was computed with.", required=False),
+        FieldPart("date", "Date of the computation.", "NX_DATE_TIME", required=True),
+        document("environment", "Software versions of the computation.", required=False),
     )
     return GroupPart(name, "NXprocess", doc, (*common, *members), required)
 
@@ -197,7 +197,7 @@ def _shown_together(name: str, doc: str, found: _Type) -> Iterator[FieldPart]:
         yield from _shown(f"{name}_lower", f"{doc} Lower end.", first._replace(always=found.always))
         yield from _shown(f"{name}_upper", f"{doc} Upper end.", last._replace(always=found.always))
     elif last.plain is Ellipsis and (first.plain is str or get_origin(first.plain) is Literal):
-        yield FieldPart(name, f"{doc} Several with semicolons between them.")
+        yield FieldPart(name, f"{doc} Several values are separated by semicolons.")
 
 
 def _is(plain: Any, kind: type[Record]) -> bool:

@@ -44,16 +44,17 @@ def _tell(look: Look, name: str, step: Redone) -> None:
     part = "" if step.name == "study" else f"/entry/{step.name}"
     if step.outcome == "not compared":
         look.note(
-            "recompute", f"found nothing to compare ({step.why}); expected the recomputed step", "process it", part
+            "recompute", f"found nothing to compare ({step.why}); expected the recomputed step", "process the run", part
         )
         return
     first, count = step.differences[0], len(step.differences)
     changed = ", ".join(f"{what} {then}, now {now}" for what, (then, now) in step.environment.items())
     message = (
-        f"found {count} of {step.compared} values that differ when computed again, most of all {first.where}, archived "
-        f"as {first.then}, now {first.now}{f' (computed with {changed})' if changed else ''}; expected the same"
+        f"found {count} of {step.compared} recomputed values that differ, the largest difference in {first.where}: "
+        f"archived {first.then}, now {first.now}{f' (computed with {changed})' if changed else ''}; expected the same "
+        "values"
     )
-    look.warning("recompute", message, f"`tribopipe reproduce {name}` shows them all", part)
+    look.warning("recompute", message, f"`tribopipe reproduce {name}` lists them all", part)
 
 
 def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]:
@@ -63,7 +64,7 @@ def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]
     """
     look, path = Look(name), archive / name
     if path.is_symlink():
-        look.note("file", "found a link; expected the file itself", "make sure that its target is kept as long", "")
+        look.note("file", "found a link; expected the file itself", "keep its target as long as the archive", "")
     try:
         return look, _look_inside(path, look)
     except ArchiveError as error:
@@ -117,7 +118,7 @@ class Verified:
         files = f"{_counted(self.runs, 'run')} and {_counted(self.studies, 'study', 'studies')}"
         errors, warnings = (sum(one.severity == kind for one in self.findings) for kind in ("error", "warning"))
         verdict = "sound" if self.sound else f"{_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
-        done = "verified and computed again" if self.recomputed else "verified"
+        done = "verified and recomputed" if self.recomputed else "verified"
         return f"{files}, {self.size / 1e6:.3g} MB, {done}: {verdict}"
 
     def as_json(self) -> dict[str, Any]:
@@ -195,7 +196,9 @@ def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
     for name in chosen:
         if name not in there:
             known = did_you_mean(_called(name), map(_called, there))
-            raise ArchiveError(f"{archive}: found no run {_called(name)!r}; expected one in the archive; {known}")
+            raise ArchiveError(
+                f"{archive}: found no run {_called(name)!r}; expected the ID of an archived run; {known}"
+            )
     return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
 
 

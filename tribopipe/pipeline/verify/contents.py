@@ -52,7 +52,10 @@ def check_shown(entry: h5py.Group, look: Look, manifest: RunManifest, steps: Map
         plotted = entry["wear"][name]
         if not np.array_equal(unpacked(plotted), values, equal_nan=True):
             look.warning(
-                "shown", "found a curve that differs from that of its step; expected the same", _REDO, plotted.name
+                "shown",
+                "found a curve that differs from that of its step; expected the same curve",
+                _REDO,
+                plotted.name,
             )
 
 
@@ -106,7 +109,7 @@ def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
         if raw_digest(run) != seen.raw_sha256:
             look.error(
                 "raw",
-                "found content that differs from what was ingested; expected that of its SHA-256",
+                "found content that differs from what was ingested; expected content that matches its SHA-256",
                 part="/entry/raw",
             )
         check_shown(entry, look, run.manifest, steps)
@@ -130,7 +133,9 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
         if source_sha256(note["data"]) != nexus.text(note, "checksum"):
             came = nexus.text(note, "file_name")
             look.error(
-                "source", f"found bytes that differ from those of {came}; expected those of its SHA-256", part=note.name
+                "source",
+                f"found bytes that differ from those of {came}; expected bytes that match its SHA-256",
+                part=note.name,
             )
 
 
@@ -138,7 +143,7 @@ def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
     """Yield the fingerprint of the ingested run with each earlier run.toml."""
     for one in read_earlier(entry):
         if one.source.sha256 != one.checksum:
-            message = f"found bytes that differ from those of {one.source.name}; expected those of its SHA-256"
+            message = f"found bytes that differ from those of {one.source.name}; expected bytes that match its SHA-256"
             look.error("source", message, part=f"/entry/{EARLIER}")
         yield one.raw_sha256
 
@@ -158,17 +163,17 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
         if nexus.text(entry[step.name], "fingerprints/result_sha256") != there[step.name]:
             look.error(
                 "result",
-                "found a result that differs from that of the step; expected the one of its SHA-256",
+                "found a result that differs from that of the step; expected a result that matches its SHA-256",
                 part=part,
             )
     if not step.stands_on:
         return
     if inputs_digest(step.program_version, step.name, step.options, step.stands_on) != step.inputs_sha256:
-        message = "found inputs that differ from those of the step; expected those of its SHA-256"
+        message = "found inputs that differ from those of the step; expected inputs that match its SHA-256"
         look.error("inputs", message, part=part)
     for base, made_from in step.stands_on.items():
         if base in there and made_from != there[base]:
-            message = f"found that it is based on a different {base} from the one in the file; expected the same one"
+            message = f"found a step based on a different {base} from that in the file; expected the same {base}"
             look.warning("inputs", message, _AGAIN, part)
 
 
@@ -201,7 +206,7 @@ def look_into_study(file: h5py.File, look: Look, study_id: str) -> SeenStudy:
     look.named(study_id, nexus.text(file, "entry/identifier_study"), stored.study.id)
     left_out, runs = stored.result.left_out, stored.stands_on.values()
     if runs and stored.inputs_sha256 != digest(stored.program_version, stored.study, stored.options, *left_out, *runs):
-        look.error("inputs", "found inputs that differ from those of the study; expected those of its SHA-256")
+        look.error("inputs", "found inputs that differ from those of the study; expected inputs that match its SHA-256")
     fit = stored.study.fit
     return SeenStudy(
         stored.stands_on,
@@ -226,28 +231,23 @@ def check_agreement(look: Look, mine: SeenRun | SeenStudy, seen: Seen) -> None:
 
 def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenStudy | None) -> None:
     if not isinstance(run, SeenRun):
-        message = f"found that it is based on the run {run_id}, which could not be read; expected it in the archive"
-        look.note("study", message, "restore that run if it should be there")
+        message = f"found a study based on run {run_id}, which cannot be read; expected run {run_id} in the archive"
+        look.note("study", message, f"restore the run with `tribopipe restore {run_id}`")
     elif raw_sha256 in run.earlier:
-        message = f"found that it is based on {run_id} before its run.toml was amended; expected the current version"
+        message = f"found a study based on {run_id} before its run.toml was amended; expected the current version"
         look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
-        message = (
-            f"found that it is based on a different run {run_id} from the one in the archive; expected the same one"
-        )
+        message = f"found a study based on a different run {run_id} from that in the archive; expected the same run"
         look.warning("study", message, "run the study again")
 
 
 def _check_borrowed(look: Look, borrowed: Borrowed, known: set[str]) -> None:
     part = f"/entry/{borrowed.step}"
     if not known:
-        message = f"found a prediction from {borrowed.reference}, whose k_D is not there; expected it in the archive"
-        look.note("reference", message, "process it if it should be there", part)
+        message = f"found a prediction from {borrowed.reference}, whose k_D is missing; expected k_D in the archive"
+        look.note("reference", message, f"restore or process {borrowed.reference}", part)
     elif borrowed.sha256 not in known:
-        message = (
-            f"found a prediction from a k_D other than the current one of {borrowed.reference}; expected the current "
-            "one"
-        )
+        message = f"found a prediction with an earlier k_D of {borrowed.reference}; expected the current k_D"
         look.warning("reference", message, "process both runs again, or run their study again", part)
 
 

@@ -37,7 +37,7 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
     """
     look = Look(FILE_NAME)
     if not (archive / FILE_NAME).is_file():
-        look.note("catalogue", "found none; expected one", _LS)
+        look.note("catalogue", "found no catalog; expected a catalog", _LS)
         return [look]
     try:
         with closing(read_only(archive)) as kept, closing(in_memory()) as rebuilt:
@@ -46,14 +46,16 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
         if not is_damage(error):
             look.error("catalogue", f"cannot be read ({error}); expected a readable file", "verify again")
             return [look]
-        look.note("catalogue", f"found it damaged, or of another version ({error}); expected one of this version", _LS)
+        look.note(
+            "catalogue", f"found a damaged or outdated catalog ({error}); expected a catalog of this version", _LS
+        )
         return [look]
 
 
 def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterator[Look]:
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
-        message = "found no such file, although the catalog lists it; expected it"
+        message = "found no file, although the catalog lists it; expected the file"
         look.warning("catalogue", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
@@ -70,8 +72,10 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
         keep(rebuilt, [note])
         if any(_said(kept, question, name) != _said(rebuilt, question, name) for question in _SAID):
             look = Look(name)
-            message = "found content that differs from the catalog, without a recorded change; expected the same"
-            look.warning("catalogue", message, f"restore it from a copy if it is damaged; else remove {FILE_NAME}")
+            message = (
+                "found content that differs from the catalog, without a recorded change; expected the same content"
+            )
+            look.warning("catalogue", message, f"restore it from a copy if it is damaged; otherwise remove {FILE_NAME}")
             yield look
 
 
@@ -91,7 +95,7 @@ _OURS = {FILE_NAME, f"{FILE_NAME}-journal", HISTORY, LAST_PASS, REMOVED, STUDIES
 
 
 def look_around(archive: Path) -> list[Look]:
-    """Look at everything in the archive's folder that is no run and no study."""
+    """Look at everything in the archive's folder that is not a run or study."""
     return [*_left_over(archive), *_others(archive), *_colliding(archive)]
 
 
@@ -124,7 +128,7 @@ def _others(archive: Path) -> Iterator[Look]:
     for path in _entries(archive, stamps(archive).keys() | _OURS):
         look = Look(_inside(archive, path))
         if path.is_symlink() and not path.exists():
-            look.error("folder", "found a link that leads nowhere; expected the file", "restore its target")
+            look.error("folder", "found a broken link; expected the file", "restore its target")
         else:
             look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
         yield look

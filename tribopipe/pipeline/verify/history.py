@@ -46,7 +46,7 @@ def look_into_history(
     except OSError as error:
         look, account = Look(FILE_NAME), Account(archive)
         why = f"cannot be read ({error.strerror or error}); expected a readable file"
-        look.error("history", why, "make it readable, and run this again")
+        look.error("history", why, "check its permissions, and run the command again")
         return [look], account
     return looks, account
 
@@ -114,15 +114,15 @@ def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
     begin = f"`{_ACCEPT} {FILE_NAME}` continues without it"
     if not account.begun and (count or missing):
-        message = f"found none, although there are {count} runs and studies; expected the history of what was written"
+        message = f"found no history, although there are {count} runs and studies; expected the history of the archive"
         look.error("history", message, f"restore it from a copy; {begin}")
     elif missing:
-        message = f"found that lines are missing, the last of them {missing[:16]}; expected all that were written"
+        message = f"found that lines are missing, the last of them {missing[:16]}; expected all lines"
         look.error("history", message, f"restore it from a copy; {begin}")
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")
     if against and not account.has(against):
-        message = f"found no line {against}, which was kept elsewhere; expected it, unless the archive is an older one"
+        message = f"found no line {against}, as noted elsewhere; expected this line unless the archive is an older copy"
         look.error("history", message, _RESTORE)
     return look
 
@@ -156,17 +156,17 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
         look.note(
             "history",
             "found a file that was added by hand; expected only files written here by tribopipe",
-            "none is needed",
+            "no action is needed",
         )
         return entry("adopted", look.name, after=state)
     if known.foreign:
-        message = (
-            f"found that a different file was in its place when it was written to on {known.foreign}; expected the one"
-        )
+        message = f"found that the file was replaced before it was changed on {known.foreign}; expected the file"
         look.error("history", f"{message} written before", f"compare it with a copy; {mend}")
     elif state is None and None not in known.states:
         look.error(
-            "history", f"found no such file, which was written on {known.date}; expected it", f"restore it; {mend}"
+            "history",
+            f"found no file, although it was written on {known.date}; expected the file",
+            f"restore it; {mend}",
         )
     elif state not in known.states and look.name in sound:
         look.error("history", _other(known, state), f"restore it from a copy; {mend}")
@@ -177,8 +177,8 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
 
 def _other(known: Known, state: State) -> str:
     if state in known.earlier:
-        return f"found it as it was on {known.earlier[state]}; expected it as it was written on {known.date}"
-    return f"found a different file from the one written on {known.date}; expected that one"
+        return f"found the version of {known.earlier[state]}; expected the version written on {known.date}"
+    return f"found a different file from that written on {known.date}; expected the file written then"
 
 
 def _is_in_doubt(known: Known | None, state: State) -> bool:

@@ -26,7 +26,7 @@ CheckName = Literal[
     "catalogue",
     "recompute",
 ]
-RESTORE = "restore the file from a copy, or save what is whole in it with `tribopipe rescue`"
+RESTORE = "restore the file from a copy, or save its intact source files with `tribopipe rescue`"
 NOT_READ = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
 """What reading raises where a file holds something else than tribopipe wrote."""
 
@@ -68,7 +68,9 @@ class Look:
                 self._give_up(number)
             why = (str(error).splitlines() or [""])[0]
             self.error(
-                "content", f"found content that cannot be read ({why}); expected what tribopipe wrote", part=part
+                "content",
+                f"found content that cannot be read ({why}); expected the file as tribopipe wrote it",
+                part=part,
             )
 
     def _give_up(self, number: int) -> None:

@@ -134,7 +134,7 @@ def _faults(path: str, group: Group, declared: GroupPart, root: Group) -> Iterat
     """Find what a group is, holds or does not have otherwise than declared."""
     nx_class = _text(group, "NX_class") or ""
     if nx_class != declared.nx_class:
-        yield Fault(path, f"found a group of the class {nx_class!r}; expected {declared.nx_class}")
+        yield Fault(path, f"found a group of the class {nx_class!r}; expected the class {declared.nx_class}")
         return
     yield from _attribute_faults(path, group, declared)
     yield from _missing_faults(path, group, declared)
@@ -149,9 +149,9 @@ def _missing_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fa
     classes = {_text(member, "NX_class") for member in group.members.values() if isinstance(member, Group)}
     for part in declared.members:
         if part.required and part.name and part.name not in group.members:
-            yield Fault(path, f"found no {part.name!r}; expected one")
+            yield Fault(path, f"found no {part.name!r}; expected {_kind_of(part)} of this name")
         elif part.required and isinstance(part, GroupPart) and not part.name and part.nx_class not in classes:
-            yield Fault(path, f"found no {part.nx_class}; expected at least one")
+            yield Fault(path, f"found no {part.nx_class}; expected at least one group of this class")
 
 
 def _attribute_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
@@ -169,7 +169,7 @@ def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root
         yield Fault(path, "found an item that is not in the file's definition; expected nothing with this name there")
     elif isinstance(member, Link):
         if not isinstance(root.at(member.path), Field) or isinstance(declared, GroupPart):
-            yield Fault(path, f"found a link to {member.path}, where there is no field; expected one")
+            yield Fault(path, f"found a link to {member.path}, which is not a field; expected a link to a field")
     elif isinstance(member, Group) and isinstance(declared, GroupPart):
         yield from _faults(path, member, declared, root)
     elif isinstance(member, Field) and isinstance(declared, FieldPart):
@@ -202,7 +202,9 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
             continue
         told = (of, member)
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
-            yield Fault(f"{path}/{name}", "found an uncertainty without a value in the same unit; expected one with it")
+            yield Fault(
+                f"{path}/{name}", "found an uncertainty without a value in the same unit; expected such a value"
+            )
 
 
 def _is_text(member: Field) -> bool:
@@ -237,17 +239,17 @@ def _data_faults(path: str, data: Group, root: Group) -> Iterator[Fault]:
     """Find what keeps a viewer from plotting."""
     signal = _plotted(data, _text(data, "signal"), root)
     if signal is None:
-        yield Fault(path, f"found no field for the signal {_text(data, 'signal')!r}; expected one")
+        yield Fault(path, f"found no field for the signal {_text(data, 'signal')!r}; expected a field of this name")
         return
     axes = _texts(data, "axes")
     if len(axes) != len(signal.shape):
-        yield Fault(path, f"found {len(axes)} axes; expected {len(signal.shape)}, as the signal has dimensions")
+        yield Fault(path, f"found {len(axes)} axes; expected {len(signal.shape)}, one per dimension of the signal")
     for place, (axis, length) in enumerate(zip(axes, signal.shape, strict=False)):
         yield from _axis_faults(path, data, axis, place, length, root)
     for name in _texts(data, "auxiliary_signals"):
         other = _plotted(data, name, root)
         if other is None or other.shape != signal.shape:
-            yield Fault(path, f"found no field of the signal's shape for {name!r}; expected one")
+            yield Fault(path, f"found no field {name!r} with the signal's shape; expected such a field")
     yield from _unit_faults(path, data, [_text(data, "signal") or "", *axes, *_texts(data, "auxiliary_signals")], root)
 
 
@@ -256,18 +258,18 @@ def _axis_faults(path: str, data: Group, axis: str, place: int, length: int, roo
         return
     field = _plotted(data, axis, root)
     if field is None:
-        yield Fault(path, f"found no field for the axis {axis!r}; expected one")
+        yield Fault(path, f"found no field for the axis {axis!r}; expected a field of this name")
     elif field.shape != (length,):
-        yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), as the signal is")
+        yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), as for the signal")
     if data.attributes.get(f"{axis}_indices", -1) != place:
-        yield Fault(path, f"found no attribute {axis}_indices that is {place}; expected one")
+        yield Fault(path, f"found no attribute {axis}_indices = {place}; expected this attribute")
 
 
 def _unit_faults(path: str, data: Group, names: Sequence[str], root: Group) -> Iterator[Fault]:
     for name in names:
         field = _plotted(data, name, root)
         if field is not None and _unit(field) is None:
-            yield Fault(f"{path}/{name}", "found no units; expected the attribute on everything that is plotted")
+            yield Fault(f"{path}/{name}", "found no units; expected the attribute on every plotted field")
 
 
 def _default_faults(root: Group) -> Iterator[Fault]:
@@ -275,7 +277,7 @@ def _default_faults(root: Group) -> Iterator[Fault]:
     entry = root.members.get(_text(root, "default") or "")
     data = entry.members.get(_text(entry, "default") or "") if isinstance(entry, Group) else None
     if not isinstance(data, Group) or _text(data, "NX_class") != "NXdata":
-        yield Fault("", "found no plot through the attributes 'default'; expected them to lead to an NXdata")
+        yield Fault("", "found no plot at the attributes 'default'; expected the path of an NXdata group")
 
 
 def _plotted(data: Group, name: str | None, root: Group) -> Field | None:
