@@ -1,5 +1,6 @@
 """The catalogue never lies: whatever happens to the archive or to the catalogue itself, it tells what is there."""
 
+import json
 import os
 import random
 import shutil
@@ -103,6 +104,18 @@ def test_cells_of_two_discs_say_what_the_results_say(disc_archive):
         assert isinstance(fit, WearFit)
         assert run.value("k_d_disc") == fit.bodies["flat_disc"].wear_coefficient.value
         assert run.value("rotations") == disc_archive.raw(run.id).columns["rotations"][-1]
+
+
+@pytest.mark.parametrize("law", ["two__stage", "late_"])
+def test_steps_keep_their_names_whatever_the_law_is_called(archive, law, run_cli):
+    with edited(archive / f"{RUN}.h5") as file:
+        file["entry"].move("wear_fit_archard", f"wear_fit_{law}")
+    names = Archive(archive).step_names(RUN)
+    assert f"wear_fit_{law}" in names
+    told = json.loads(run_cli("ls", "--json", "--archive", archive).stdout)
+    assert told["runs"][0]["steps"] == names
+    assert listed(archive, "steps=preprocessing") == listed(archive, "steps~preproc") == [RUN]
+    assert listed(archive, "steps=clean_up") == listed(archive, "steps=none") == []
 
 
 def test_units_of_columns_are_those_of_their_kinds():

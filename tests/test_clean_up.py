@@ -500,7 +500,10 @@ def test_no_steps_no_changes(bare_run):
         ([{"step": "zeroing"}], r"clean_up\[0\].step: found 'zeroing'; expected 'continuous-axes', 'mask'"),
         ([{"step": "zero", "window": 3}], r"clean_up\[0\].window: unknown key; did you mean 'windows'"),
         ([{"step": "mask", "limits": {"heat": {}}}], r"clean_up\[0\].limits.heat: unknown key"),
-        ([{"step": "mask", "limits": {"depth": {"lowest": "1 N"}}}], "found the unit 'N', which is not a unit of length"),
+        (
+            [{"step": "mask", "limits": {"depth": {"lowest": "1 N"}}}],
+            "found the unit 'N', which is not a unit of length",
+        ),
         ([{"step": "despike", "window": 4}], "expected an odd number"),
         ([{"step": "turn-over"}], r"clean_up\[0\].signals: missing"),
         ([{"step": "turn-over", "signals": []}], "signals: found none; expected at least one"),

@@ -184,10 +184,10 @@ def ls(
 
 def _document(run: "ListedRun") -> dict[str, Any]:
     """Return all that is known of a run as JSON types, numbers in SI."""
-    from tribopipe.archive.catalog.listing import COLUMNS, step_called
+    from tribopipe.archive.catalog.listing import COLUMNS
 
     known = {name: _json(run, column) for name, column in COLUMNS.items()}
-    return known | {"normal_load": known["load"], "steps": [step_called(words) for words in run.texts("steps")]}
+    return known | {"normal_load": known["load"], "steps": run.texts("steps")}
 
 
 def _json(run: "ListedRun", column: "ListedColumn") -> Any:

@@ -229,7 +229,7 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
 
 def _of_archived(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
     """Find runs that were not taken all the way."""
-    uncorrected = [run for run in runs if "drift" not in run.texts("steps")]
+    uncorrected = [run for run in runs if "drift_correction" not in run.texts("steps")]
     unfitted = [run for run in runs if run.text("stage") in _BEFORE_A_FIT]
     if uncorrected:
         yield NextStep(f"{_are(uncorrected, 'run')} not corrected for drift", ("tribopipe correct-drift",))

@@ -12,7 +12,7 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from tribopipe.archive.catalog.listing import COLUMNS
+from tribopipe.archive.catalog.listing import COLUMNS, steps_in_words
 from tribopipe.archive.catalog.query import holds, matches
 from tribopipe.archive.lock import SILENT, say_waiting
 from tribopipe.version import VERSION
@@ -20,7 +20,7 @@ from tribopipe.version import VERSION
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 FILE_NAME = "catalogue.sqlite"
-_EDITION = 4
+_EDITION = 5
 """Goes up when the same run is noted in another way."""
 _WAIT = 20.0
 """How long another process may write, s."""
@@ -217,6 +217,7 @@ def _connected(name: str, patience: float, *, uri: bool = False) -> sqlite3.Conn
     connection.row_factory = sqlite3.Row
     connection.create_function("matches", 2, matches, deterministic=True)
     connection.create_function("holds", 2, holds, deterministic=True)
+    connection.create_function("steps_in_words", 1, steps_in_words, deterministic=True)
     connection.execute("PRAGMA foreign_keys = ON")
     return connection
 

@@ -221,15 +221,6 @@ ALIASES: Mapping[str, str] = {
 """Other names by which people ask for a column."""
 
 
-def step_called(words: str) -> str:
-    """Return the step that the column calls by these words."""
-    known = {said: step for step, said in _STEP_WORDS.items()}
-    if words in known:
-        return known[words]
-    begins, said = next((begins, said) for begins, said in reversed(_UNDER_LAWS.items()) if words.startswith(said))
-    return begins + words.removeprefix(said).replace(" ", "_").lower()
-
-
 def of_law(law: str) -> str:
     """Return how the columns of a wear law end; those of Archard's have the plain names."""
     return "" if law == "archard" else f"_{law}"
@@ -268,11 +259,16 @@ _UNDER_LAWS = {"wear_fit_": "", "prediction_": "predicted by ", "local_wear_": "
 
 
 def step_words(step: str) -> str:
-    """Return what the column of that name calls a step of a run."""
+    """Return a step of a run as a list shows it: "predicted by Running in" for ``prediction_running_in``."""
     for begins, words in _UNDER_LAWS.items():
         if step.startswith(begins):
-            return words + step.removeprefix(begins).replace("_", " ").capitalize()
+            return words + " ".join(filter(None, step.removeprefix(begins).split("_"))).capitalize()
     return _STEP_WORDS[step]
+
+
+def steps_in_words(steps: str | None) -> str | None:
+    """Return the steps of a run, as the catalog holds them, in the words of a list."""
+    return steps and ITEM.join(map(step_words, steps.split(ITEM)))
 
 
 class ListedRun:
@@ -341,6 +337,8 @@ def _shown_text(column: ListedColumn) -> Callable[[ListedRun], str]:
         return lambda run: run[shown] or ""
     if column.kind == "date":
         return lambda run: (run[name] or "")[:16].replace("T", " ")
+    if name == "steps":
+        return lambda run: (steps_in_words(run[name]) or "").replace(ITEM, joint)
     return lambda run: (run[name] or "").replace(ITEM, joint)
 
 

@@ -172,7 +172,7 @@ def _cut(text: str) -> str:
 
 
 def where_clause(terms: Sequence[Term]) -> tuple[str, list[float | str]]:
-    """Write terms as a condition in SQL, and the values bound in it. It calls ``matches`` and ``holds``."""
+    """Write terms as a condition in SQL, and the values bound in it. It calls the functions of the database."""
     conditions, values = ["1"], []
     for term in terms:
         condition, bound = _condition(term)
@@ -190,6 +190,8 @@ def _condition(term: Term) -> tuple[str, list[float | str]]:
         return f"{column} IS NULL", []
     if isinstance(term.value, Span):
         return _numeric(column, term.operator, term.value)
+    if term.column.name == "steps":
+        column = f"steps_in_words({column})"
     if term.operator == "~":
         return f"holds({column}, ?)", [term.value]
     if term.column.kind == "date":

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from tribopipe.archive.catalog.listing import COLUMNS, ITEM, Cell, ListedColumn, of_law, step_words
+from tribopipe.archive.catalog.listing import COLUMNS, ITEM, Cell, ListedColumn, of_law
 from tribopipe.archive.earlier_manifests import AMENDED
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.nexus import text
@@ -191,10 +191,9 @@ def _worn(result: Record | None) -> tuple[BodyWearRate | None, BodyWearRate | No
 
 
 def _progress(held: _Held) -> dict[str, object]:
-    steps = [step_words(name) for name in held.results]
     reached = (stage for prefix, stage in _STAGES.items() if any(name.startswith(prefix) for name in held.results))
     lacks = [lack for result in held.results.values() for lack in getattr(result, "lacks", ())]
-    return {"steps": steps, "stage": next(reached, "ingested"), "lacks": list(dict.fromkeys(lacks))}
+    return {"steps": list(held.results), "stage": next(reached, "ingested"), "lacks": list(dict.fromkeys(lacks))}
 
 
 def _annotated(history: list[Annotation]) -> dict[str, object]:
