@@ -61,12 +61,12 @@ class StepOutline:
     inputs_sha256: str
     result_sha256: str
     options: Mapping[str, object]
-    """What the step was given, as JSON types."""
+    """Options of the step, as JSON types."""
     program_version: str
     date: str
-    """When it was done, ISO 8601."""
+    """Date of the computation, ISO 8601."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with; nothing where the file does not state it."""
+    """Versions of the software and the machine; empty if the file does not state them."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ class RunOutline:
 
     manifest: RunManifest
     samples: int
-    """By which it is evaluated."""
+    """Number of samples that are evaluated."""
     recorded: int | None
-    """Samples of which these are means; none where they are what was recorded."""
+    """Number of recorded samples, if the evaluated ones are means; otherwise none."""
     origins: Mapping[SignalName, Origin]
     """The signals it has, and whether each was measured or derived."""
     ends: Mapping[SignalName, float]
@@ -87,12 +87,12 @@ class RunOutline:
     sources: tuple[SourceOutline, ...]
     raw_sha256: str
     environment: Mapping[str, str]
-    """What it was ingested with; nothing where the file does not state it."""
+    """Versions of the software at ingest; empty if the file does not state them."""
     findings: tuple[Finding, ...]
     marks: tuple[Mark, ...]
     """Oldest first; the last one counts."""
     steps: Mapping[StepName, StepOutline]
-    """Those it has been through, in order."""
+    """Steps of the run, in order."""
 
 
 def read_outline(file: h5py.File) -> RunOutline:
@@ -151,7 +151,7 @@ def _last(entry: h5py.Group, name: SignalName) -> float | None:
 
 
 class ArchivedRun(Tabular):
-    """A run in an archive. Nothing of it is kept in memory: each attribute reads what is there."""
+    """A run in an archive. Each attribute is read from the file when it is used."""
 
     def __init__(self, archive: "Archive", run_id: str) -> None:
         self.archive, self._id = archive, run_id
@@ -163,7 +163,7 @@ class ArchivedRun(Tabular):
 
     @property
     def manifest(self) -> RunManifest:
-        """What run.toml states."""
+        """Content of run.toml."""
         return self.archive.manifest(self.id)
 
     @property
@@ -173,12 +173,12 @@ class ArchivedRun(Tabular):
 
     @property
     def run(self) -> RawRun:
-        """The run with its signals preprocessed; as ingested where they were not."""
+        """The run with preprocessed signals; as ingested if there was no preprocessing."""
         return self.archive.cleaned(self.id)
 
     @property
     def corrected(self) -> CorrectedRun:
-        """The run corrected for drift. Raises ``ArchiveError`` where it has not been through that step."""
+        """The run corrected for drift. Raises ``ArchiveError`` if it has no drift correction."""
         correction = self.archive.needed_result(self.id, "drift_correction", DriftCorrection)
         step = self.archive.step(self.id, "drift_correction")
         curves = {} if step is None else {name: values for name, (values, _) in step.curves.items()}
@@ -186,13 +186,13 @@ class ArchivedRun(Tabular):
 
     @property
     def friction(self) -> FrictionFit | None:
-        """Fit of the friction coefficient; none where it was not done."""
+        """Fit of the friction coefficient; none if the run has no such step."""
         fit = self.archive.result(self.id, "friction_fit", FrictionFit)
         return None if fit is None else fit.fitted_to(self.run)
 
     @property
     def fits(self) -> dict[str, WearFit]:
-        """Wear fit under each law that was fitted, by the name of the law."""
+        """Wear fits by the name of the wear law."""
         steps = self._under(WEAR_FITS)
         return {
             law: self._drawable(step.result, step) for law, step in steps.items() if isinstance(step.result, WearFit)
@@ -200,13 +200,13 @@ class ArchivedRun(Tabular):
 
     @property
     def predictions(self) -> dict[str, WearPrediction]:
-        """Predicted wear under each law that was predicted by, by the name of the law."""
+        """Predicted wear by the name of the wear law."""
         steps = self._under(PREDICTIONS)
         return {law: step.result for law, step in steps.items() if isinstance(step.result, WearPrediction)}
 
     @property
     def findings(self) -> list[Finding]:
-        """What the checks found when the run was ingested."""
+        """Findings of the checks at ingest."""
         return self.archive.findings(self.id)
 
     @property

@@ -32,9 +32,9 @@ class EarlierManifest:
     checksum: str
     """SHA-256 of its bytes as it was written."""
     raw_sha256: str
-    """Fingerprint of the run as it was ingested with it."""
+    """Fingerprint of the run as ingested with this run.toml."""
     date: str
-    """When another one took its place, ISO 8601."""
+    """Date of the amendment, ISO 8601."""
     changes: str
     """Differences of the other one: "end_values added"."""
 

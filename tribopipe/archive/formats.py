@@ -4,14 +4,12 @@ These are the present ones, and what is stated about files of another format.
 """
 
 import re
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import h5py
 
 from tribopipe.archive import nexus
 from tribopipe.base.errors import ArchiveError
-from tribopipe.documents.contact_kinds import SHIPPED
 
 FORMAT_TEXT = "entry/archived/format"
 """Where a file states about which format it is."""
@@ -69,7 +67,7 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
 
 
 FRICTION = "NXtribometry_friction"
-"""Of a run whose bodies are not described: friction alone is evaluated."""
+"""Definition for runs without a description of the bodies: only friction is evaluated."""
 
 
 def run_name(tribometer: str | None) -> str:
@@ -77,11 +75,9 @@ def run_name(tribometer: str | None) -> str:
     return FRICTION if tribometer is None else f"NXtribometry_{tribometer.replace('-', '_')}"
 
 
-RUNS: Mapping[str | None, str] = {kind: run_name(kind) for kind in (*SHIPPED, None)}
-"""By the tribometer of a run, of tribopipe itself kinds."""
 STUDY = "NXtribometry_study"
 
 
 def write_definition(entry: h5py.Group, name: str, version: int) -> None:
-    """Report which definition a file follows; its version is that of the format."""
+    """Write the name of the definition that a file follows; its version is that of the format."""
     nexus.field(entry, "definition", name, version=str(version))

@@ -166,7 +166,7 @@ def _attribute(file: RawFile, body: bytes) -> Attribute:
 
 
 Shapes = Mapping[str, tuple[int, ...]]
-"""Of datasets, by their paths."""
+"""Shapes of datasets by path."""
 MOST_TEXT = 4 << 20
 """Bytes of a text, and of all texts that are attributes of one part."""
 MOST_CHUNK = 16 << 20

@@ -242,9 +242,9 @@ class Known:
     """What the history states about one file."""
 
     states: frozenset[State]
-    """Those that it may be in: one, or two where a writer was killed before it confirmed what it had announced."""
+    """Possible states of the file: one, or two if a writer was killed before it confirmed its change."""
     date: str
-    """Of the last line about it."""
+    """Date of the last line about the file."""
     by_hand: bool = False
     """Whether it was put in by hand and is not reported yet."""
     foreign: str = ""

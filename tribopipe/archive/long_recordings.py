@@ -22,7 +22,7 @@ from tribopipe.results.run import RawRun, Recording
 
 RECORDED = "recorded"
 _AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
-"""Of which one at least was recorded in any run."""
+"""Axes, at least one of which is recorded in any run."""
 
 
 def write_recorded(entry: h5py.Group, run: RawRun) -> None:

@@ -170,10 +170,10 @@ class Step:
     inputs_sha256: str
     """Fingerprint of version, options, and all this one stands on: see ``inputs_digest``."""
     options: Mapping[str, object]
-    """What the step was given, as JSON types."""
+    """Options of the step, as JSON types."""
     program_version: str
     date: str
-    """When it was done, ISO 8601."""
+    """Date of the computation, ISO 8601."""
     curves: Mapping[str, tuple[Column, str]] = field(default_factory=dict)
     """Arrays over the samples of the run, with their SI unit."""
     tables: Mapping[str, Table] = field(default_factory=dict)
@@ -182,7 +182,7 @@ class Step:
     """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run did not have one,
     and what was given in addition, such as "wear_coefficient". Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    """What it was computed with, as ``tribopipe.archive.provenance`` gives it. Empty if not stated."""
+    """Versions and machine, from ``tribopipe.archive.provenance``; empty if the file does not state them."""
 
     @property
     def result_sha256(self) -> str:

@@ -1,4 +1,4 @@
-"""An archive folder: runs by id, each a file that is only ever replaced whole."""
+"""An archive folder: runs by id, each in one file that is only replaced as a unit."""
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
@@ -70,7 +70,7 @@ STUDIES = "studies"
 
 
 class Archive:
-    """The runs in a folder. Nothing of them is kept in memory: every call reads what is there."""
+    """The runs in a folder. Every call reads the files; nothing is kept in memory."""
 
     def __init__(self, folder: Path | str) -> None:
         self.folder = Path(folder)
@@ -132,12 +132,12 @@ class Archive:
         return self.ids()
 
     def table(self, where: str = "", sort: str = "id", columns: str | None = None) -> "DataFrame":
-        """Return what is known of each run as a table of pandas.
+        """Return the runs as a pandas DataFrame.
 
         Parameters
         ----------
         where
-            Which runs, such as ``"material=Si3N4 load>300mN"``: the query of `tribopipe ls`.
+            Query that selects runs, such as ``"material=Si3N4 load>300mN"``, as for `tribopipe ls`.
         sort
             Columns to sort by, such as ``"material,-k_d"``.
         columns
@@ -162,7 +162,7 @@ class Archive:
         return page
 
     def path(self, run_id: str) -> Path:
-        """Name the file of a run, whether or not it is there."""
+        """Return the path of a run's file, whether or not it exists."""
         return self.folder / f"{run_id}{SUFFIX}"
 
     def add(

@@ -53,7 +53,7 @@ class StudyOutline:
     stands_on: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     """Its runs, each with the SHA-256 of what was ingested. Nothing where the file does not state it."""
     environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
-    """What it was computed with, as ``tribopipe.archive.provenance`` gives it. Empty if not stated."""
+    """Versions and machine, from ``tribopipe.archive.provenance``; empty if the file does not state them."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What can go wrong, each as one sentence a lab can act on.
+"""Exceptions, each with one sentence that a lab can act on.
 
 Every message names where (file, key or line), what was found, what was expected and how to correct it.
 Nothing outside this module derives from ``Exception``.
@@ -17,7 +17,7 @@ class TribopipeError(Exception):
     """Root of everything tribopipe raises on purpose; its text is shown to people as it stands."""
 
     code = "tribopipe-error"
-    """What `tribopipe help` takes for more about it: a section of docs/messages.md."""
+    """Section of docs/messages.md about the error, for `tribopipe help`."""
 
     def __init_subclass__(cls) -> None:
         """Name the section of a kind of error after its class: "unit-error" for ``UnitError``."""
@@ -87,7 +87,7 @@ class BatchError(TribopipeError):
 
 
 class InternalError(TribopipeError):
-    """What nobody foresaw: a mistake in tribopipe, not in what it was given."""
+    """An unexpected error: a bug in tribopipe, not in its input."""
 
 
 def printable(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Whatever goes wrong as one sentence; the traceback of what nobody foresaw is kept in a file, to be reported.
+"""Errors as one sentence each; the traceback of an unexpected error is saved in a file, to be reported.
 
 It is kept at once, since a batch of hours may not run into the same again, and outside the archive, which may be what
 is full.

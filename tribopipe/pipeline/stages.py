@@ -1,4 +1,4 @@
-"""The whole line as plain calls: each step reads what it stands on from the archive and appends its result.
+"""The complete processing line as plain calls: each step reads its inputs from the archive and appends its result.
 
 A step is skipped where its version, its options and all that it stands on are unchanged; ``force`` redoes it.
 """
@@ -59,7 +59,7 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one step of one run."""
+    """Outcome of one step of one run."""
 
     run_id: str
     """Id of the run, or of the study; its path where it could not be read."""
@@ -298,13 +298,12 @@ def process(
     studied: Collection[str] = (),
     crew: Crew = ALONE,
 ) -> Iterator[Outcome]:
-    """Take run folders through the whole line; yield what became of each step as it is done.
+    """Take run folders through all steps; yield the outcome of each step when it is done.
 
-    Runs of the same bodies in the same environment are predicted from the one under the lightest load, as the paper
-    does,
-    but for those that are ``studied``: a study states from which runs they are predicted. A run that fails does not
-    stop
-    the others. A crew takes several runs at once; their outcomes come as runs end, and have the place of their run.
+    Runs of the same bodies in the same environment are predicted from the one under the lightest load, as in the
+    paper, except those that are ``studied``: a study states the runs that they are predicted from. A run that fails
+    does not stop the others. A crew takes several runs at once; their outcomes come as runs end, and have the place
+    of their run.
     """
     recipe = recipe or Recipe()
     with at_work(crew) as at_hand:

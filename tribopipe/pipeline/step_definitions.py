@@ -1,4 +1,4 @@
-"""What each step of an archived run is: what it is given, what it stands on, and how it is computed.
+"""Definition of each step of an archived run: its options, its inputs and its computation.
 
 Nothing is written here. A planned step reads what it stands on from the archive when it is taken.
 """
@@ -48,12 +48,12 @@ from tribopipe.version import VERSION
 
 Curves = Mapping[str, tuple[Column, str]]
 _APART = 0.01
-"""How far off the GIWM may be before its k_D is called another than that of local wear."""
+"""Relative difference of the final wear depths above which a k_D from the GIWM is reported with a note."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a step found."""
+    """Result of a step with its curves and tables."""
 
     result: Record
     curves: Curves = field(default_factory=dict)

@@ -20,7 +20,7 @@ from tribopipe.base.errors import NotInstalledError, TribopipeError
 
 
 class Known(NamedTuple):
-    """How a file looked when it was last read."""
+    """State of a file when it was last read."""
 
     stamp: str
     settled: bool
@@ -33,16 +33,16 @@ class Known(NamedTuple):
 
 
 class Note(NamedTuple):
-    """What was found in a file that looked as it had not before."""
+    """Content of a new or changed file, as far as the catalog keeps it."""
 
     name: str
     known: Known
     same: bool = False
-    """Whether its content is what it was."""
+    """Whether the content of the file is unchanged."""
     error: str | None = None
-    """Why it cannot be read, without its path."""
+    """Reason why the file cannot be read, without its path."""
     cells: Mapping[str, Cell] | None = None
-    """What a run has in each column."""
+    """Cells of a run by column."""
     members: Iterable[tuple[str, str | None]] = ()
     """The runs of a study, and what it states about them."""
 

@@ -22,20 +22,20 @@ class ListedColumn:
     """One column: what it holds, and how it is shown."""
 
     name: str
-    """As --where, --sort and --columns call it."""
+    """Name in --where, --sort and --columns."""
     label: str
     """Heading, without the unit."""
     help: str
     """Meaning of the column."""
     kind: Literal["number", "text", "date"] = "text"
     unit: str = ""
-    """In which numbers are shown, as people read it; empty for texts and plain numbers."""
+    """Unit in which numbers are shown; empty for texts and plain numbers."""
     measures: str = ""
-    """What kind of number it is, by ``tribopipe.base.units.KINDS``."""
+    """Kind of number, a key of ``tribopipe.base.units.KINDS``."""
     joint: str | None = None
-    """What stands between several texts of one run; none where there is one at most."""
+    """Separator between several texts of one run; none if there is at most one."""
     shown: bool = False
-    """Whether it is listed before anybody chooses."""
+    """Whether the column is listed by default."""
 
     @property
     def heading(self) -> str:
@@ -195,7 +195,7 @@ _ALL = (
 )
 
 COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
-"""By name, in the order in which they are listed."""
+"""Columns by name, in the order of the list."""
 
 ALIASES: Mapping[str, str] = {
     "run": "id",
@@ -218,7 +218,7 @@ ALIASES: Mapping[str, str] = {
     "verdict": "verdicts",
     "agreement": "verdicts",
 }
-"""Other names by which people ask for a column."""
+"""Other names of columns."""
 
 
 def of_law(law: str) -> str:

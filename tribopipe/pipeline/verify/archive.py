@@ -96,16 +96,16 @@ _ROUNDS = 5
 
 @dataclass(frozen=True)
 class Verified:
-    """What became of it."""
+    """Result of a verification."""
 
     runs: int
     studies: int
     size: int
-    """Of all files looked at, bytes."""
+    """Total size of the verified files, bytes."""
     recomputed: bool
     findings: tuple[Finding, ...]
     lines: int
-    """Of the history."""
+    """Number of lines of the history."""
     head: str
     """Hash of its last line: kept elsewhere, it shows whether the whole archive was put back to an older state."""
 
@@ -143,7 +143,7 @@ def verify(
     against: str = "",
     advance: Advance = lambda _: None,
 ) -> Verified:
-    """Verify an archive, or some of its runs alone; no run and no study is changed.
+    """Verify an archive, or only some of its runs; runs and studies are not changed.
 
     Parameters
     ----------

@@ -93,7 +93,7 @@ class SeenRun:
 
     raw_sha256: str = ""
     earlier: tuple[str, ...] = ()
-    """Of what was ingested with each run.toml that was amended since."""
+    """Fingerprints of the run as ingested with each earlier run.toml."""
     found: dict[LawName, str] = field(default_factory=dict)
     """SHA-256 of the k_D that its fit under each law found."""
     borrowed: list[Borrowed] = field(default_factory=list)
@@ -216,7 +216,7 @@ def look_into_study(file: h5py.File, look: Look, study_id: str) -> SeenStudy:
 
 
 Seen: TypeAlias = Mapping[str, SeenRun | SeenStudy]
-"""By the id of the run, or by "study " and its id."""
+"""Verified files by the id of the run, or by "study " and the id of the study."""
 
 
 def check_agreement(look: Look, mine: SeenRun | SeenStudy, seen: Seen) -> None:

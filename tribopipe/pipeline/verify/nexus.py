@@ -30,9 +30,9 @@ class Field:
     attributes: Mapping[str, Any]
     shape: tuple[int, ...]
     kind: str
-    """Of its type: i and u for whole numbers, f for others, S for texts."""
+    """Kind of its type: i and u for integers, f for floats, S for text."""
     text: str | None
-    """What a single text states."""
+    """Content of a single text."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Link:
     """A name for what lies elsewhere in the file."""
 
     path: str
-    """Where it leads."""
+    """Target of the link."""
 
 
 @dataclass(frozen=True)
