@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer, WriteableBuffer
 
 
-_DAMAGED = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
-"""What reading raises where a file holds something else than tribopipe writes."""
+NOT_READ = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
+"""Exceptions of reading a file whose content differs from what tribopipe writes."""
 _LONGEST = 300
 """Characters of what is stated about it."""
 
@@ -62,7 +62,7 @@ def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File
             if not is_sealed(path):
                 _refuse_unsealed(file, path)
             yield file
-        except _DAMAGED as error:
+        except NOT_READ as error:
             if number := number_of(error):
                 raise ArchiveError(f"{path}: {unreadable(number)}") from error
             raise ArchiveError(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, partial
 from itertools import count
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -254,12 +255,10 @@ def _with_runs_in_common(studies: Sequence[Study]) -> list[list[tuple[int, Study
         touched = [group for group in groups if group[0] & runs]
         groups = [group for group in groups if not group[0] & runs]
         members_of = [one for _, placed in touched for one in placed]
-        groups.append((runs.union(*(ids for ids, _ in touched)), sorted([*members_of, (place, study)], key=_place)))
+        groups.append(
+            (runs.union(*(ids for ids, _ in touched)), sorted([*members_of, (place, study)], key=itemgetter(0)))
+        )
     return [placed for _, placed in groups]
-
-
-def _place(placed: tuple[int, Study]) -> int:
-    return placed[0]
 
 
 def _keep(archive: Archive, study: Study, recipe: Recipe, *, force: bool) -> Outcome:

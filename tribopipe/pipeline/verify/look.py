@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
+from tribopipe.archive.file_access import NOT_READ
 from tribopipe.base.errors import TribopipeError
 from tribopipe.base.failures import number_of, unreadable
 from tribopipe.results.finding import Finding, Severity
@@ -27,8 +28,6 @@ CheckName = Literal[
     "recompute",
 ]
 RESTORE = "restore the file from a copy, or save its intact source files with `tribopipe rescue`"
-NOT_READ = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, RuntimeError, TypeError, ValueError)
-"""What reading raises where a file holds something else than tribopipe wrote."""
 
 
 class Look:
