@@ -264,7 +264,7 @@ def test_id_taken_by_other_content_is_refused(run_cli, other_run, archive, comma
     before = tree_bytes(archive)
     set_key(other_run, "medium", '"nitrogen"')
     result = run_cli(command, other_run, "--archive", archive, "--force")
-    assert_refused(result, "si3n4-air-200mN.h5", "other content", "or another id", "--amend")
+    assert_refused(result, "si3n4-air-200mN.h5", "different content", "or another id", "--amend")
     assert tree_bytes(archive) == before
 
 
@@ -341,8 +341,8 @@ def rotten(path):
 
 SHALLOW = {
     not_hdf5: ("not HDF5", "move it out of the archive"),
-    cut_short: ("checksum", "restore it from a copy"),
-    no_run: ("no tribopipe run", "move it out of the archive"),
+    cut_short: ("length differs", "restore it from a copy"),
+    no_run: ("not a tribopipe run", "move it out of the archive"),
 }
 
 

@@ -278,7 +278,7 @@ def test_a_run_that_shows_what_it_does_not_hold_is_refused(client, name):
     for tail in ((), ("plots", "depth"), ("sources", "0"), ("csv", "raw"), ("report",)):
         answer = client.get("api", "runs", name, *tail)
         assert answer.status == 422
-        assert "expected a file that holds all it shows" in told(answer)
+        assert "expected only content that tribopipe writes" in told(answer)
     assert client.get("api", "runs").status == 200
 
 

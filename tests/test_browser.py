@@ -158,7 +158,7 @@ def test_scatter_plot_leads_to_runs_by_keyboard(page, site):
     points = page.locator(".scatter-point")
     expect(points).to_have_count(14)
     page.get_by_label("Horizontal axis").first.select_option("predicted_depth")
-    expect(page.get_by_text("runs have no predicted depth.")).to_be_visible()
+    expect(page.get_by_text("runs have no predicted wear depth.")).to_be_visible()
     page.get_by_label("Horizontal axis").first.select_option("friction")
     page.get_by_role("checkbox", name="logarithmic vertical axis").check()
     assert "logy=1" in page.url

@@ -180,7 +180,7 @@ def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
     assert "error: found the wear law 'broken', which cannot be loaded" in told
     assert ends["1 m"].returncode == 0
     assert "UserWarning" not in "".join(end.stderr for end in ends.values())
-    assert re.search(r"k_d_sarkar .*by Sarkar's law", ends["help"].stdout)
+    assert re.search(r"k_d_sarkar .*\(Sarkar's law\)", ends["help"].stdout)
     assert "my-law" not in ends["help"].stdout
 
 

@@ -521,8 +521,8 @@ def other_document(path: Path) -> None:
 
 DAMAGE = {
     not_hdf5: "not HDF5",
-    cut_short: "checksum",
-    a_run: "no tribopipe study",
+    cut_short: "length differs",
+    a_run: "not a tribopipe study",
     later_format: "study/99",
     hollow: "damaged",
     other_document: "damaged",
@@ -706,7 +706,7 @@ def test_replicates_under_the_lightest_load_are_fitted_together():
 
 @pytest.mark.parametrize("kept", [[], [LIGHT], [LIGHT, "wc-co-water-400mN"]], ids=len)
 def test_runs_that_do_not_belong_together_make_no_draft(kept):
-    with pytest.raises(FitError, match=rf"found {len(kept)} runs, no two of which have the same bodies"):
+    with pytest.raises(FitError, match=rf"found {len(kept)} runs, but no two with the same bodies"):
         draft_studies([manifest(run_id) for run_id in kept])
 
 
