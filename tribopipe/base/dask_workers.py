@@ -17,8 +17,8 @@ from threading import Lock, Thread
 from typing import Any
 
 from tribopipe.base.errors import BatchError, TribopipeError
-from tribopipe.base.executor import Answer, Task, answer_of, lost, name_of
 from tribopipe.base.process_lifecycle import inherited, undo_all, undone_by
+from tribopipe.base.tasks import Answer, Task, answer_of, lost, name_of
 from tribopipe.version import VERSION
 
 LOCAL = "local"

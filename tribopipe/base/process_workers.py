@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from tribopipe.base.executor import REDONE, Answer, Task, answer_of, lost
 from tribopipe.base.failures import in_a_sentence
 from tribopipe.base.process_lifecycle import ONE_THREAD, inherited, undo_all
+from tribopipe.base.tasks import REDONE, Answer, Task, answer_of, lost
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _TO_END = 1.0
