@@ -203,7 +203,7 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(monkeypatch):
 def test_a_worker_of_another_version_is_refused():
     answer = dask_workers._answer_on_worker("0.0.1", squared, 2)
     assert isinstance(answer, BatchError)
-    assert "expected 0.0.1, as here" in str(answer)
+    assert "expected 0.0.1, as on this machine" in str(answer)
 
 
 @pytest.mark.slow
