@@ -170,10 +170,10 @@ DOCUMENTS = {
     "tables 50 deep": ("a = " + "{ a = " * 50 + "1" + " }" * 50, "a: found over 20 levels"),
     "lists 10 000 deep": ("a = " + "[" * 10_000 + "]" * 10_000, "nested too deeply"),
     "more values than any record has": ("interruptions = [" + "0," * 110_000 + "]", "more than 100000 values"),
-    "hexadecimal number of a megabyte": ("schema = 0x" + "F" * 1_000_000, "schema: found a whole number"),
+    "hexadecimal number of a megabyte": ("schema = 0x" + "F" * 1_000_000, "schema: found an integer"),
     "number of 4000 digits": (
         "[conditions]\nrotations = " + "9" * 4000,
-        "conditions.rotations: found a whole number of",
+        "conditions.rotations: found an integer of",
     ),
     "number of 5000 digits": ("schema = " + "9" * 5000, "thousands of digits"),
 }

@@ -104,7 +104,7 @@ def test_a_law_that_is_not_installed_is_refused_where_people_write_it_but_read_b
         ManifestError, match=r"wear\.models\[0\]: found the wear law 'archrd'.*did you mean 'archard'\?"
     ):
         read_document({"wear": {"models": ["archrd"]}}, Recipe, where="recipe.toml")
-    with pytest.raises(FitError, match="'running_in', which is not installed here"):
+    with pytest.raises(FitError, match="'running_in', which is not installed"):
         laws.law_named("running_in")
     kept = WearFit(model="running_in", outcome="not fitted", lacks=("depth",)).model_dump_json()
     assert WearFit.model_validate_json(kept).model == "running_in"
@@ -249,7 +249,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     # On a machine without the package the archive opens still.
     bare = tribopipe("show", "run-in", plugin=False)
     assert bare.returncode == 0, bare.stderr
-    assert "the law running_in, which is not installed here" in bare.stdout
+    assert "the law running_in, which is not installed" in bare.stdout
     assert tribopipe("ls", plugin=False).returncode == 0
     assert tribopipe("verify", plugin=False).returncode == 0
     refused = tribopipe("fit", "run-in", "--law", "running_in", plugin=False)

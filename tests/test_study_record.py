@@ -79,7 +79,7 @@ def test_a_study_cannot_change():
 def test_a_run_that_is_both_fitted_and_predicted_is_refused_by_name():
     said = refusal(fit=["light", "heavy"], predict=["other", "heavy"])
     assert "found 'heavy', which is also in fit" in said
-    assert "remove it from one of the two" in said
+    assert "remove the run from one of the two" in said
     assert "'other'" not in said
     assert "light" not in said
 
@@ -143,7 +143,7 @@ def test_a_mistyped_fit_is_named_rather_than_only_missed():
 @pytest.mark.parametrize("bare", [20, 20e-6])
 def test_an_end_of_life_without_a_unit_is_refused(bare):
     said = refusal(end_of_life=bare)
-    assert f"end_of_life: found the bare number {bare!r}; expected a text with its unit" in said
+    assert f"end_of_life: found the number {bare!r} without a unit; expected a value with its unit" in said
 
 
 @pytest.mark.parametrize("written", ["20 mN", "0 um", "-3 um", "deep"])
@@ -154,7 +154,7 @@ def test_an_end_of_life_that_is_no_depth_is_refused(written):
 @pytest.mark.parametrize("laws", [["holm"], ["archard", "Sarkar"]])
 def test_an_unknown_law_is_refused_with_the_known_ones(laws):
     said = refusal(laws=laws)
-    assert f"laws[{len(laws) - 1}]: found the wear law {laws[-1]!r}, which is not installed here" in said
+    assert f"laws[{len(laws) - 1}]: found the wear law {laws[-1]!r}, which is not installed" in said
     assert "known here: archard, sarkar" in said or "did you mean 'sarkar'?" in said
 
 

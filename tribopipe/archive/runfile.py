@@ -176,7 +176,7 @@ def read_manifest(file: h5py.File) -> RunManifest:
         if (kind := unknown_kind(json.loads(text))) is None:
             raise
         raise NotInstalledError(
-            f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed here; expected "
+            f"{file.filename}: found a run with the kind of contact {kind!r}, which is not installed; expected "
             f"one of {', '.join(contacts())}; install the package that adds it, as where the run was archived"
         ) from None
 

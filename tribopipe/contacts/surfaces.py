@@ -67,8 +67,8 @@ def _pin_grid(contact: SlidingPin, values: Values, amount: float) -> Surface:
 def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface:
     if contact.pin.shape == "flat":
         raise ContactError(
-            "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
-            "one; use --engine rings"
+            "local wear: found a flat pin for finite elements; expected a rounded pin, since the mesh would fold at "
+            "the edge of a flat pin; use --engine rings"
         )
     radius = _pin_edges(contact, values, amount)
     return pin_body(
@@ -133,7 +133,7 @@ def _discs(contact: TwinDisc, values: Values) -> dict[str, Any]:
 
 
 class _Engines(NamedTuple):
-    """By which engines the surface of some bodies is solved."""
+    """Engines that can solve the contact of a pair of bodies."""
 
     of: str
     usual: Engine
@@ -151,6 +151,6 @@ def _fit(engine: Engine, engines: _Engines) -> Callable[..., Surface]:
     if engine not in engines.builders:
         raise ContactError(
             f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; "
-            "specify one of them, or none for the default"
+            "specify one of these engines, or omit the engine to use the default"
         )
     return engines.builders[engine]

@@ -224,18 +224,20 @@ class TwinDiscWear:
         if half_width > _FLAT_CROWN * crown.value:
             yield (
                 f"extrapolation: the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of "
-                f"{crown.shown('mm')}: the model assumes worn surfaces to be flat, and has not been tested in this "
-                "range"
+                f"{crown.shown('mm')}: the model, which assumes flat worn surfaces, has not been tested in this range"
             )
         widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
         if widths and width > min(widths):
             yield (
-                f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
-                f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model no "
-                "longer applies"
+                f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide, wider than the disc "
+                f"({show(min(widths), None, 'm', 'mm')}): the contact cannot widen further, and the model no longer "
+                "applies"
             )
         if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
-            yield f"wear changes the slip from {slipping:.2%} to {slip_of_worn:.2%} at constant rotation rates"
+            yield (
+                f"wear changes the slip from {100 * slipping:.2f} % to {100 * slip_of_worn:.2f} % at constant rotation "
+                "rates"
+            )
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ class FourBall(SlidingPin):
         if weld is not None and load.value >= weld.value:
             raise ValueError(
                 f"conditions.normal_load: found {load.shown('N')}, not less than the weld load of {weld.shown('N')}; "
-                "expected a load under which the balls slide; check both units"
+                "expected a load below the weld load, at which the balls slide; check both units"
             )
 
     @classmethod
@@ -141,8 +141,8 @@ class FourBall(SlidingPin):
             return named
         if "track_radius" in conditions:
             raise ValueError(
-                "conditions.track_radius: found one in addition to contact.ball.diameter, from which it follows; "
-                "expected the diameter alone; remove track_radius"
+                "conditions.track_radius: found a track radius in addition to contact.ball.diameter, from which it is "
+                "computed; expected only the diameter; remove track_radius"
             )
         with suppress(UnitError, ValueError):
             diameter = read_quantity(contact["ball"].get("diameter"), "length")

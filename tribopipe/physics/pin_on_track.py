@@ -43,18 +43,18 @@ class WornContact:
     pin_depth: Array
     """Height lost by the lowest point of the unworn pin, in the middle of the scar."""
     groove_depth: Array
-    """In the middle of the groove."""
+    """Wear depth in the middle of the groove."""
     half_width: Array
-    """Of scar and groove, across the sliding direction."""
+    """Half-width of scar and groove, perpendicular to the sliding direction."""
     half_length: Array
-    """Of the scar, along the sliding direction."""
+    """Half-length of the scar, along the sliding direction."""
     pin_volume: Array
     groove_area: Array
     """Cross-section of the groove."""
     groove_revolved: Array
     """Volume that half of that cross-section sweeps about the middle of the groove: both ends of a stroke together."""
     area: Array
-    """Of the contact, m²: the load over the mean pressure."""
+    """Area of the contact, m²: the load over the mean pressure."""
     groove_slope: Array
     """d(cross-section)/dh_d as both go on wearing, m."""
 
@@ -74,9 +74,9 @@ class SphereOnTrack:
     """A spherical pin, with or without a flat ground on it before the test."""
 
     radius: ArrayLike
-    """Of the sphere, m."""
+    """Radius of the sphere, m."""
     flat_radius: ArrayLike = 0.0
-    """Of the flat, m."""
+    """Radius of the flat, m."""
 
     @property
     def most(self) -> Array:
@@ -206,9 +206,9 @@ class BlockOnTrack:
     """A block on a ring, both of which wear evenly across the sliding direction."""
 
     radius: ArrayLike
-    """Of the ring, m."""
+    """Radius of the ring, m."""
     width: float
-    """Of the block, m."""
+    """Width of the block, m."""
 
     @property
     def most(self) -> Array:

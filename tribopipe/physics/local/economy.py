@@ -144,17 +144,17 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
     if not increment * _MOST_INCREMENTS >= end:
         raise ContactError(
             f"local wear: found increments of the amount of wear of {increment:.3g} up to {end:.3g}; expected at most "
-            f"{_MOST_INCREMENTS} of them; use longer ones"
+            f"{_MOST_INCREMENTS:,} increments; use longer increments"
         )
     if correct_every is not None and correct_every < 1:
         raise ContactError(
-            f"local wear: found corrections every {correct_every} increments; expected one increment or more between "
-            "them; omit it for no corrections"
+            f"local wear: found corrections every {correct_every} increments; expected a correction after 1 increment "
+            "or more; omit this option for no corrections"
         )
     if not 0 <= stress_loss < 1:
         raise ContactError(
-            f"local wear: found a stress loss of {stress_loss:g}; expected a share, from 0 to less than 1; omit it to "
-            "carry stresses over in full"
+            f"local wear: found a stress loss of {stress_loss:g}; expected a fraction from 0 to less than 1; omit this "
+            "option to carry all stresses over"
         )
 
 

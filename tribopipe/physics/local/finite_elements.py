@@ -38,7 +38,7 @@ class PinBody:
 
     normal_load: float
     radius: Column
-    """Of each node, from 0 outwards, m."""
+    """Radius of each node, increasing from 0, m."""
     gap: Column
     """Of each node of the unworn pin, m."""
     unworn: Block
@@ -67,7 +67,7 @@ class PinBody:
         contact = solve_by_active_set(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > 0:
             raise ContactError(
-                "local wear: found a contact that reaches the last node that may touch; expected it to end before; "
+                "local wear: found a contact area that reaches the last contact node; expected a smaller contact area; "
                 "simulate less wear, or use nodes further out"
             )
         return contact
@@ -177,8 +177,8 @@ class QuarterDisc:
         pressure = found.pressure.reshape(self.gap.shape)
         if np.any(pressure[-1] > 0) or np.any(pressure[:, -1] > 0):
             raise ContactError(
-                "local wear: found a contact that reaches the last nodes that may touch; expected it to end before; "
-                "simulate less wear, or use a wider surface"
+                "local wear: found a contact area that reaches the last contact nodes; expected a smaller contact "
+                "area; simulate less wear, or use a wider surface"
             )
         return Contact(pressure, found.approach)
 

@@ -72,8 +72,8 @@ class Rings:
         contact = solve_by_active_set(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > self.gap.min():
             raise ContactError(
-                "local wear: found a contact that reaches the last ring; expected it to end before; simulate less "
-                "wear, or use rings further out"
+                "local wear: found a contact area that reaches the last ring; expected a smaller contact area; "
+                "simulate less wear, or use rings further out"
             )
         return contact
 
