@@ -22,7 +22,6 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.sphere import LocalSphere
 from tribopipe.physics.pin_on_disc import (
     BlockOnCylinder,
@@ -139,17 +138,11 @@ def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
         return FlatPin(values["pin_radius"])
     if contact.pin.line:
         return BlockOnCylinder(values["pin_radius"], contact.pin.line)
-    modulus = contact_modulus(
-        pin_modulus=values["pin_modulus"],
-        pin_ratio=contact.pin.poisson_ratio.value,
-        disc_modulus=values["disc_modulus"],
-        disc_ratio=contact.counterbody.poisson_ratio.value,
-    )
     return SphericalPin(
         normal_load=values["normal_load"],
         radius=values["pin_radius"],
-        modulus=modulus,
-        flat_radius=0.0 if contact.pin.flat_radius is None else contact.pin.flat_radius.value,
+        modulus=contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"]),
+        flat_radius=contact.pin.flat,
     )
 
 

@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_ellipse
+from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse
 from tribopipe.physics.twin_disc import DiscPair, DiscWear, published_wear
 from tribopipe.results.input_quantities import Input, best_values, relative_input
 from tribopipe.results.wear_fit import HertzStart
@@ -267,19 +267,12 @@ def _state(worn: DiscWear) -> State:
 
 def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -> DiscPair:
     """Build two discs from values of the inputs of ``TwinDiscWear``."""
-    curved, flat = contact.curved_disc, contact.flat_disc
-    modulus = contact_modulus(
-        pin_modulus=values["curved_modulus"],
-        pin_ratio=curved.poisson_ratio.value,
-        disc_modulus=values["flat_modulus"],
-        disc_ratio=flat.poisson_ratio.value,
-    )
     return DiscPair(
         normal_load=values["normal_load"],
         crown_radius=values["crown_radius"],
         curved_radius=values["curved_radius"],
         flat_radius=values["flat_radius"],
-        modulus=modulus,
+        modulus=contact.reduced_modulus(values["curved_modulus"], values["flat_modulus"]),
         slip=values["slip"],
         distance=distance,
     )

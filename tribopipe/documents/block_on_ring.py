@@ -78,8 +78,7 @@ class BlockOnRing(SlidingPin):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Radius of the ring, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"ring.radius": self.ring.radius, **moduli}
+        return {"ring.radius": self.ring.radius, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:

@@ -7,17 +7,16 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    model_validator,
-)
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator, Field, model_validator
 
+from tribopipe.base.arrays import Column
 from tribopipe.base.errors import UnitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, read_quantity, scaled
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
+from tribopipe.physics.hertz import contact_modulus
 
 
 class Progress(NamedTuple):
@@ -94,6 +93,11 @@ class Tip(Specimen):
     def line(self) -> float:
         """Length of a line contact across the sliding, m; 0 of any other."""
         return 0.0
+
+    @property
+    def flat(self) -> float:
+        """Radius of the flat of a truncated sphere before the test, m; 0 for other tips."""
+        return 0.0 if self.flat_radius is None else self.flat_radius.value
 
     @property
     def widens(self) -> bool:
@@ -203,6 +207,27 @@ class Contact(Record):
     def alike(self) -> dict[str, object]:
         """What else than the materials runs must have in common for one k_D, by its name."""
         raise NotImplementedError
+
+    @property
+    def moduli(self) -> dict[str, Quantity]:
+        """Young's moduli of the bodies, by their keys under ``[contact]``."""
+        return {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+
+    def reduced_modulus(self, first: ArrayLike | None = None, second: ArrayLike | None = None) -> Column:
+        """Return E_c of 1/E_c = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, Pa.
+
+        Parameters
+        ----------
+        first, second
+            Young's moduli of the bodies, Pa, in the order of ``body_names``; left out, as stated in run.toml.
+        """
+        one, other = self.bodies.values()
+        return contact_modulus(
+            pin_modulus=one.youngs_modulus.value if first is None else first,
+            pin_ratio=one.poisson_ratio.value,
+            disc_modulus=other.youngs_modulus.value if second is None else second,
+            disc_ratio=other.poisson_ratio.value,
+        )
 
     @property
     def inputs(self) -> dict[str, Quantity]:
@@ -338,8 +363,7 @@ class SlidingPin(Contact):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Radius of the pin, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"pin.radius": self.pin.radius, **moduli}
+        return {"pin.radius": self.pin.radius, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:

@@ -91,8 +91,7 @@ class FourBall(SlidingPin):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Diameter of the balls, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"ball.diameter": self.ball.diameter, **moduli}
+        return {"ball.diameter": self.ball.diameter, **self.moduli}
 
     @property
     def alike(self) -> dict[str, object]:

@@ -66,8 +66,7 @@ class TwinDisc(Contact):
     def inputs(self) -> dict[str, Quantity]:
         """Radii and moduli of the discs, by their keys."""
         radii = {f"{name}.rolling_radius": getattr(self, name).rolling_radius for name in self.body_names}
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **moduli}
+        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:
