@@ -172,7 +172,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
         ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found a key that does not apply to pin-on-drum runs"),
         (
             {"conditions": {**MANIFEST["conditions"], "track_radius": "1 mm"}},
-            "track_radius: found one with c",
+            "track_radius: found a track radius in addition to c",
         ),
         (
             {"conditions": {**MANIFEST["conditions"], "slip": "4 %"}},

@@ -68,6 +68,7 @@ class BlockOnRing(SlidingPin):
     both: ClassVar[str] = "block + ring"
     title: ClassVar[str] = "a block on a ring"
     standard: ClassVar[str] = "g77"
+    track_key: ClassVar[str | None] = "contact.ring.radius"
 
     @property
     def pin(self) -> BlockTip:
@@ -122,28 +123,10 @@ class BlockOnRing(SlidingPin):
         super().refuse_wear(where, measured)
 
     @classmethod
-    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Add that the block slides on a track of the ring's radius, by which rotations become distances.
-
-        Raises ``ValueError`` where that radius is stated as well.
-        """
-        named = dict(super().completed(document))
-        contact, conditions = named.get("contact"), named.get("conditions")
-        ring = contact.get("ring") if isinstance(contact, Mapping) else None
-        if not isinstance(ring, Mapping) or "radius" not in ring or not isinstance(conditions, Mapping):
-            return named
-        if "track_radius" in conditions:
-            raise ValueError(
-                "conditions.track_radius: found a track radius in addition to contact.ring.radius, which is the track "
-                "radius; expected only the ring radius; remove track_radius"
-            )
-        return named | {"conditions": {**conditions, "track_radius": ring["radius"]}}
-
-    @classmethod
-    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Take that radius out again."""
-        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
-        return super().stated(document) | {"conditions": conditions}
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:
+        """Return the radius of the ring."""
+        ring = contact.get("ring")
+        return ring.get("radius") if isinstance(ring, Mapping) else None
 
     @classmethod
     def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:

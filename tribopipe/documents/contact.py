@@ -339,6 +339,8 @@ class SlidingPin(Contact):
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
+    track_key: ClassVar[str | None] = None
+    """Key of run.toml that determines the track radius; none if the conditions state it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -425,7 +427,8 @@ class SlidingPin(Contact):
     def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return a run.toml with its post-test measurements of both bodies under the names of a pin's and a disc's.
 
-        Raises ``ValueError`` where one of them is given by two names.
+        Adds the track radius if the bodies determine it. Raises ``ValueError`` where a measurement is given by two
+        names, or that track radius is stated as well.
         """
         ends = document.get("end_values")
         stops = document.get("interruptions")
@@ -437,11 +440,40 @@ class SlidingPin(Contact):
                 cls._in_roles(f"interruptions[{number}]", stop) if isinstance(stop, Mapping) else stop
                 for number, stop in enumerate(stops)
             ]
+        contact, conditions = document.get("contact"), document.get("conditions")
+        if isinstance(contact, Mapping) and isinstance(conditions, Mapping):
+            radius = cls.track_radius_of(contact)
+            if radius is not None and "track_radius" in conditions:
+                raise ValueError(
+                    f"conditions.track_radius: found a track radius in addition to {cls.track_key}, from which it is "
+                    f"computed; expected only {cls.track_key}; remove track_radius"
+                )
+            if radius is not None:
+                named["conditions"] = {**conditions, "track_radius": radius}
         return named
 
     @classmethod
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:  # noqa: ARG003
+        """Return the track radius that ``[contact]`` determines, so that rotations become distances.
+
+        Parameters
+        ----------
+        contact
+            ``[contact]`` as it is written.
+
+        Returns
+        -------
+        Any
+            The radius as written in run.toml, or a quantity; None if the conditions state it.
+        """
+        return None
+
+    @classmethod
     def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Return a run.toml with the contact's own names for post-test measurements of its bodies."""
+        """Return a run.toml as written: own names of the bodies, and no track radius that they determine."""
+        if cls.track_key is not None:
+            conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+            document = document | {"conditions": conditions}
         if not cls._names():
             return document
         stops = document.get("interruptions") or ()

@@ -63,11 +63,6 @@ class WornContact:
         """Total approach of both bodies, m: what a displacement sensor sees."""
         return self.pin_depth + self.groove_depth
 
-    @property
-    def pin_slope(self) -> Array:
-        """dV_1/dh_p as both go on wearing, m²: the groove follows by κ, and its depth by κ·2b·dh_p."""
-        return 2 * self.half_length * self.groove_slope
-
 
 @dataclass(frozen=True)
 class SphereOnTrack:

@@ -38,8 +38,6 @@ from tribopipe.base.errors import ContactError
 from tribopipe.physics.local.contact_solvers import Contact, Surface, touching_at
 from tribopipe.physics.local.course import LocalWear, WornState, collected, smooth
 
-CORRECTIONS = (None, 50, 10, 1)
-"""Increments between external corrections of which the drift is shown; None: there are none."""
 _MOST_INCREMENTS = 200_000
 
 
@@ -83,19 +81,6 @@ def wear_economically(
     asked = np.asarray(amounts, dtype=float)
     _check(asked[-1], increment, correct_every, stress_loss)
     return collected(surface, list(_course(surface, asked, increment, correct_every, stress_loss)))
-
-
-def drift(
-    surface: Elastic, amounts: Sequence[float] | Column, *, increment: float, stress_loss: float = 0.0
-) -> dict[int | None, LocalWear]:
-    """Return the courses of Fig. 11, peak pressure and depth, by the number of increments between corrections.
-
-    That of 1 is the Wear-Processor's. Raises ``ContactError``.
-    """
-    return {
-        every: wear_economically(surface, amounts, increment=increment, correct_every=every, stress_loss=stress_loss)
-        for every in CORRECTIONS
-    }
 
 
 def _course(
