@@ -82,8 +82,8 @@ class Sensors(RecordingSensors):
     """Standard uncertainty of the counterbody's worn volume over that volume, drawn once per run where it has a k_D."""
 
 
-class VirtualRun(Record):
-    """One run of a series: load, the truth behind it, and the seed of its noise."""
+class AnyVirtualRun(Record):
+    """Keys that runs of any series have."""
 
     id: RunId
     """Name of the run and of its folder."""
@@ -91,18 +91,23 @@ class VirtualRun(Record):
     """Start of the virtual test."""
     seed: int = Field(ge=0)
     """Seed of every random draw of this run."""
+    friction: StatedFriction
+    """True friction, over the sliding or slip distance."""
+    zero_offset: Length
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+
+
+class VirtualRun(AnyVirtualRun):
+    """One run of a series: load, the truth behind it, and the seed of its noise."""
+
     normal_load: Force
     """F_N."""
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
     disc_wear_coefficient: WearCoefficient | None = None
     """True k_D of the counterbody; where it is given, both bodies wear by volume, and its volume is measured."""
-    friction: StatedFriction
-    """True friction."""
-    zero_offset: Length
-    """Sensor reading before any wear."""
-    drift_rate: DriftRate
-    """Drift of the depth sensor."""
     disc_wear_depth: MeasuredDepth | None = None
     """Disc wear at the end of the run; left out where none could be measured."""
 
@@ -116,8 +121,8 @@ class VirtualRun(Record):
         return self
 
 
-class Series(Record):
-    """Runs of the same pair of materials on the same instrument."""
+class AnySeries(Record):
+    """Keys that series of any contact have."""
 
     title: str
     """One line about the series."""
@@ -125,12 +130,17 @@ class Series(Record):
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
     """True parameters of the law in addition to k_D."""
-    contact: AnySlidingPin
-    """The two bodies."""
     medium: str
     """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
+
+
+class Series(AnySeries):
+    """Runs of the same pair of materials on the same instrument."""
+
+    contact: AnySlidingPin
+    """The two bodies."""
     systematic_errors: bool = False
     """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once per run within their stated
     uncertainty, or are just what the manifest states."""
@@ -229,15 +239,9 @@ def _discs_that_slip(slip: Quantity) -> Quantity:
     return slip
 
 
-class TwinDiscVirtualRun(Record):
+class TwinDiscVirtualRun(AnyVirtualRun):
     """One run of two discs: slip, rotations, the truth behind it, and the seed of its noise."""
 
-    id: RunId
-    """Name of the run and of its folder."""
-    started: datetime
-    """Start of the virtual test."""
-    seed: int = Field(ge=0)
-    """Seed of every random draw of this run."""
     normal_load: Force | None = None
     """F_N; left out, that of the series."""
     slip: Annotated[Slip, AfterValidator(_discs_that_slip)]
@@ -250,12 +254,6 @@ class TwinDiscVirtualRun(Record):
     """True k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
     """Change of both k_D during the run; left out, they are constant."""
-    friction: StatedFriction
-    """True friction, over the slip distance."""
-    zero_offset: Length
-    """Sensor reading before any wear."""
-    drift_rate: DriftRate
-    """Drift of the depth sensor."""
 
     @model_validator(mode="after")
     def _fatigue_sets_in_during_the_run(self) -> Self:
@@ -268,23 +266,13 @@ class TwinDiscVirtualRun(Record):
         return self
 
 
-class TwinDiscSeries(Record):
+class TwinDiscSeries(AnySeries):
     """Runs of the same pair of discs on the same instrument."""
 
-    title: str
-    """One line about the series."""
-    law: LawName = "archard"
-    """Wear law of the truth."""
-    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """True parameters of the law in addition to k_D."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """Convention for the sliding distance of a point of a disc in one rotation, for the true wear."""
     contact: TwinDisc
     """The two discs."""
-    medium: str
-    """Environment or lubricant."""
-    depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
-    """True displacement over displacement read."""
     systematic_errors: bool = False
     """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once per run within their stated
     uncertainty, or are just what the manifest states. The counter of rotations counts right."""
