@@ -97,7 +97,7 @@ class PinBody:
 
     def roughness(self, contact: Contact) -> float:
         """Return the alternation of pressure over the inner 80 % of the contact, relative to its mean."""
-        return roughness(self.radius, contact.pressure)
+        return roughness(self.radius, contact.pressure, self.extent(contact).half_width)
 
     def refreshed(self, worn: Column) -> Self:
         """Return the pin with its mesh moved as the surface has worn. Raises ``ContactError``."""
@@ -210,7 +210,8 @@ class QuarterDisc:
 
     def roughness(self, contact: Contact) -> float:
         """Return the alternation of ∫p dz over the inner 80 % of the track, relative to its mean."""
-        return roughness(self.across, self.exposure(contact.pressure)[:, 0])
+        line_load = self.exposure(contact.pressure)[:, 0]
+        return roughness(self.across, line_load, edge(self.across, line_load))
 
     def refreshed(self, worn: Column) -> Self:
         """Return the disc with its mesh moved as the surface has worn. Raises ``ContactError``."""
