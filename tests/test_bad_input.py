@@ -203,10 +203,10 @@ SPOILED = {
         key("radius", '{ value = "0.794 mm", standard_uncertainty = "1e999 %" }'),
         ["run.toml", "contact.pin.radius", "finite"],
     ),
-    "load of zero": (key("normal_load", '"0 mN"'), ["run.toml", "conditions.normal_load", "0 N", "more than zero"]),
+    "load of zero": (key("normal_load", '"0 mN"'), ["run.toml", "conditions.normal_load", "0 N", "a positive value"]),
     "negative load": (
         key("normal_load", '"-400 mN"'),
-        ["run.toml", "conditions.normal_load", "-0.4 N", "more than zero", "sign"],
+        ["run.toml", "conditions.normal_load", "-0.4 N", "a positive value", "sign"],
     ),
     "density in kg/m³ as in the paper's Table 1": (
         key("density", '"3.21 kg/m^3"'),

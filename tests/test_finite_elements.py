@@ -191,7 +191,7 @@ def test_elasticity_follows_the_worn_shape():
 def test_a_mesh_turned_inside_out_is_refused():
     spike = np.zeros_like(SMALL_PIN.gap)
     spike[3] = START
-    with pytest.raises(ContactError, match=r"found \d+ of \d+ finite elements turned inside out .* coarser mesh"):
+    with pytest.raises(ContactError, match=r"found \d+ of \d+ finite elements inverted by .* coarser mesh"):
         SMALL_PIN.refreshed(spike)
 
 

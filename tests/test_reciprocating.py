@@ -109,7 +109,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
-            r"contact: ball\.radius: found one, which a ball does not need",
+            r"contact: ball\.radius: found a key that does not apply to a ball",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},
