@@ -507,7 +507,7 @@ def test_no_steps_no_changes(bare_run):
         ([{"step": "turn-over", "signals": ["time"]}], r"signals\[0\]: found 'time'; expected 'depth', 'normal_force'"),
         (
             [{"step": "zero", "windows": [{"start": "5 s", "end": "2 s"}]}],
-            "start: found 5 s, not before end at 2 s",
+            r"start: found 5 s, not before end \(2 s\)",
         ),
     ],
 )

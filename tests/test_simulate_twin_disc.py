@@ -442,6 +442,8 @@ def test_plan_of_nothing_is_refused():
 
 def test_wear_beyond_the_crown_names_the_run(tmp_path):
     softer = RUN.model_copy(update={"curved_wear_coefficient": Quantity(value=1e-9, unit="m^2/N")})
-    with pytest.raises(ContactError, match="4pct-250k: contact: found wear beyond 4 mm, where nothing is left"):
+    with pytest.raises(
+        ContactError, match="4pct-250k: contact: found wear beyond 4 mm, at which the crown is completely worn away"
+    ):
         simulate_twin_disc_run(SERIES, softer, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -87,7 +87,7 @@ def test_a_run_that_is_both_fitted_and_predicted_is_refused_by_name():
 @pytest.mark.parametrize("role", ["fit", "predict"])
 def test_a_run_that_stands_twice_in_one_list_is_refused_by_name(role):
     said = refusal(**{"fit": ["x"], role: ["a", "b", "c", "b"]})
-    assert f"{role}: found 'b' twice; expected each once" in said
+    assert f"{role}: found 'b' twice; expected each entry once" in said
 
 
 @given(fit=st.lists(IDS, min_size=1, max_size=6), predict=st.lists(IDS, max_size=6))
