@@ -187,7 +187,10 @@ SPOILED = {
     ),
     "id that is no file name": (key("id", '"a/b"'), ["run.toml", "id", "'a/b'", "letters"]),
     # quantities
-    "bare number": (key("radius", "0.794"), ["run.toml", "contact.pin.radius", "bare number 0.794", "'0.794 mm'"]),
+    "bare number": (
+        key("radius", "0.794"),
+        ["run.toml", "contact.pin.radius", "number 0.794 without a unit", "'0.794 mm'"],
+    ),
     "decimal comma": (key("radius", '"0,794 mm"'), ["run.toml", "contact.pin.radius", "'0,794 mm'", "point"]),
     "NaN": (key("poisson_ratio", "nan"), ["run.toml", "contact.pin.poisson_ratio", "nan", "finite"]),
     "infinite hardness": (key("vickers_hardness", "inf"), ["run.toml", "contact.pin.vickers_hardness", "finite"]),
@@ -200,10 +203,10 @@ SPOILED = {
         key("radius", '{ value = "0.794 mm", standard_uncertainty = "1e999 %" }'),
         ["run.toml", "contact.pin.radius", "finite"],
     ),
-    "load of zero": (key("normal_load", '"0 mN"'), ["run.toml", "conditions.normal_load", "0 N", "more than zero"]),
+    "load of zero": (key("normal_load", '"0 mN"'), ["run.toml", "conditions.normal_load", "0 N", "a positive value"]),
     "negative load": (
         key("normal_load", '"-400 mN"'),
-        ["run.toml", "conditions.normal_load", "-0.4 N", "more than zero", "sign"],
+        ["run.toml", "conditions.normal_load", "-0.4 N", "a positive value", "sign"],
     ),
     "density in kg/m³ as in the paper's Table 1": (
         key("density", '"3.21 kg/m^3"'),
@@ -223,7 +226,7 @@ SPOILED = {
     ),
     "mass without a unit": (
         key("pin_scar_diameter", '"200 um"\npin_mass_loss = 3'),
-        ["run.toml", "end_values.pin_mass_loss", "bare number 3", "'1.2 mg'"],
+        ["run.toml", "end_values.pin_mass_loss", "number 3 without a unit", "'1.2 mg'"],
     ),
     "one reading as several": (
         key("pin_scar_diameter", '{ values = ["200 um"] }'),
@@ -406,7 +409,7 @@ def test_unknown_id_suggests_the_nearest(run_cli, archive, command):
 
 RECIPES = {
     "unknown key": ("[drift]\nwindw = 0.1", ["recipe.toml", "drift.windw", "unknown key", "did you mean 'window'?"]),
-    "bare length": ("[drift]\nprior = 1", ["recipe.toml", "drift.prior", "bare number 1"]),
+    "bare length": ("[drift]\nprior = 1", ["recipe.toml", "drift.prior", "number 1 without a unit"]),
     "share above one": ("[drift]\nwindow = 1.5", ["recipe.toml", "drift.window", "1.5", "less than 0.5"]),
     "unknown law": ('[wear]\nmodels = ["archad"]', ["recipe.toml", "wear.models[0]", "'archad'", "archard"]),
     "no TOML": ("[drift", ["recipe.toml", "invalid TOML", "Expected ']'"]),

@@ -506,11 +506,11 @@ def test_no_steps_no_changes(bare_run):
         ),
         ([{"step": "despike", "window": 4}], "expected an odd number"),
         ([{"step": "turn-over"}], r"clean_up\[0\].signals: missing"),
-        ([{"step": "turn-over", "signals": []}], "signals: found none; expected at least one"),
+        ([{"step": "turn-over", "signals": []}], "signals: found no signals; expected at least one signal"),
         ([{"step": "turn-over", "signals": ["time"]}], r"signals\[0\]: found 'time'; expected 'depth', 'normal_force'"),
         (
             [{"step": "zero", "windows": [{"start": "5 s", "end": "2 s"}]}],
-            "start: found 5 s, not before end at 2 s",
+            r"start: found 5 s, not before end \(2 s\)",
         ),
     ],
 )

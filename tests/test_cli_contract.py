@@ -193,7 +193,7 @@ def test_check_tells_of_every_run_though_one_cannot_be_read(run_cli, sample_run,
     assert result.exit_code == 1
     told = {run.get("id"): run for run in document_of(result)["runs"]}
     assert told["si3n4-air-200mN"]["findings"] == []
-    assert "bare number" in told[None]["error"]
+    assert "without a unit" in told[None]["error"]
     assert told[None]["path"] == str(sample_run)
 
 

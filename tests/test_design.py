@@ -180,7 +180,7 @@ def test_what_runs_share_is_a_floor_that_no_number_of_replicates_gets_below(si3n
     plan = design(si3n4, "archard", 0.99 * floor, ["normal_load"])
     assert plan.by_replicates == pytest.approx(floor, rel=1e-12)
     assert plan.replicates is None
-    assert f"replicates are not sufficient: all runs share ±{floor:.1%}" in str(plan)
+    assert f"replicates are not sufficient: at best {100 * floor:.1f} %" in str(plan)
     above = design(si3n4, "archard", 1.01 * floor, ["normal_load"])
     assert above.replicates > 10
     assert design(si3n4, "archard", 0.1).by_replicates == 0.0
@@ -243,7 +243,8 @@ def test_every_wish_gets_a_plan_that_can_be_said(wanted, scatter, si3n4):
     assert (plan.replicates is None) == (wanted <= plan.by_replicates)
     assert plan.sliding_distance is None or plan.sliding_distance.value >= si3n4.problem.trace.slid * (1 - 1e-9)
     assert (plan.sliding_distance is None) == (wanted < plan.by_distance)
-    assert str(plan).startswith(f"{SI3N4}, archard: k_D is known to ±{plan.half_width:.1%}, wanted ±{wanted:.1%}")
+    head = f"{SI3N4}, archard: half-width of the 95 % interval of k_D is {100 * plan.half_width:.1f} %, target "
+    assert str(plan).startswith(f"{head}{100 * wanted:.1f} %")
 
 
 # --- whether it is so ---

@@ -65,7 +65,7 @@ def conditions(line: str):
 NO_SLIP = r"(?m)^slip = .*\n"
 CASES = {
     "slip of zero": (key("slip", '"0 %"'), ("conditions.slip", "both discs at the same speed", "check both speeds")),
-    "slip of minus zero": (key("slip", '"-0 %"'), ("conditions.slip", "expected slip")),
+    "slip of minus zero": (key("slip", '"-0 %"'), ("conditions.slip", "expected a non-zero slip")),
     "slip of -100 %": (key("slip", '"-100 %"'), ("conditions.slip", "expected more than -100 %", "(v2 - v1)/v1")),
     "slip of -300 %": (key("slip", '"-300 %"'), ("conditions.slip", "-300", "expected more than -100 %")),
     "slip that is no ratio": (key("slip", '"4 mm"'), ("conditions.slip", "'mm'", "'%'")),
@@ -77,7 +77,7 @@ CASES = {
     "equal speeds": (sub(NO_SLIP, 'flat_disc_speed = "800 mm/s"\n'), ("conditions.slip", "both discs at the same")),
     "slip beside the speed": (
         conditions('flat_disc_speed = "832 mm/s"'),
-        ("conditions.slip", "together with flat_disc_speed", "remove the other"),
+        ("conditions.slip", "in addition to flat_disc_speed", "remove the other"),
     ),
     "load of zero": (key("normal_load", '"0 mN"'), ("conditions.normal_load", "found")),
     "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "-0.25 N", "check sign")),
@@ -102,7 +102,7 @@ CASES = {
             sub(r"(?m)^\[contact.flat_disc\]$", '[contact.flat_disc]\nwidth = "0.1 mm"')(run),
             end('flat_disc_track_width = "150 um"')(run),
         ),
-        ("end_values.flat_disc_track_width", "on a disc", "wide", "check both units"),
+        ("end_values.flat_disc_track_width", "more than the disc width", "check both units"),
     ),
     "volume below zero": (
         key("curved_disc_wear_volume", '"-0.001 mm^3"'),
@@ -114,7 +114,7 @@ CASES = {
             'curved_disc_profile = { file = "a.csv", position = { column = "x", unit = "mm" }, '
             'height = { column = "z", unit = "um" } }'
         ),
-        ("curved_disc_wear_volume", "together with curved_disc_profile", "remove the other"),
+        ("curved_disc_wear_volume", "in addition to curved_disc_profile", "remove the other"),
     ),
     "profile that is not there": (
         lambda run: (
@@ -128,7 +128,7 @@ CASES = {
     ),
     "sliding speed": (
         conditions('sliding_speed = "400 mm/s"'),
-        ("conditions.sliding_speed: found one in a twin-disc run", "remove it"),
+        ("conditions.sliding_speed: found a key that does not apply to twin-disc runs", "remove the key"),
     ),
     "sliding distance": (conditions('sliding_distance = "400 m"'), ("conditions.sliding_distance", "twin-disc run")),
     "depth of a pin": (end('pin_wear_depth = "3 um"'), ("end_values.pin_wear_depth", "twin-disc run")),
@@ -165,14 +165,14 @@ CASES = {
     **{
         f"rotations {written}": (
             key("rotations", written),
-            ("conditions.rotations", "expected a whole number of rotations"),
+            ("conditions.rotations", "expected an integer number of rotations"),
         )
         for written in ('"many"', "0", "-5", "2.5", "nan", "inf", "true", '"1e6"', "[1]")
     },
     **{
         f"interruption after rotations {written}": (
             stop(f"rotations = {written}", 'curved_disc_wear_depth = "0.1 um"'),
-            ("interruptions[0].rotations", "expected a whole number of rotations"),
+            ("interruptions[0].rotations", "expected an integer number of rotations"),
         )
         for written in ('"half"', "0", "-5", "2.5", "true")
     },
@@ -198,7 +198,10 @@ def test_interruptions_that_do_not_follow_each_other_are_refused(run_cli, discs,
 
 
 PIN_CASES = {
-    "slip": (conditions('slip = "4 %"'), ("conditions.slip: found one in a pin-on-disc run", "remove it")),
+    "slip": (
+        conditions('slip = "4 %"'),
+        ("conditions.slip: found a key that does not apply to pin-on-disc runs", "remove the key"),
+    ),
     "rotations": (conditions("rotations = 1000"), ("conditions.rotations", "pin-on-disc run")),
     "speed of a disc": (conditions('flat_disc_speed = "1 m/s"'), ("conditions.flat_disc_speed", "pin-on-disc run")),
     "volume of a disc": (end('curved_disc_wear_volume = "1 mm^3"'), ("curved_disc_wear_volume", "pin-on-disc run")),

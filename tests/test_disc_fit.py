@@ -450,9 +450,9 @@ def test_worn_flat_wider_than_the_disc_is_noted():
     run = exact_run(VOLUMES)
     narrow = type(BARE).model_validate(document | {"end_values": run.manifest.end_values.model_dump()})
     fit = fit_discs(replace(run, manifest=narrow), recipe=recipe())
-    (note,) = (note for note in fit.notes if "wide on a disc of" in note)
+    (note,) = (note for note in fit.notes if "wider than the disc" in note)
     assert "0.15 mm" in note
-    assert "beyond that the contact no longer widens" in note
+    assert "the contact cannot widen further" in note
 
 
 def test_worn_flat_of_half_the_crown_radius_is_noted():

@@ -262,13 +262,13 @@ def test_flat_wider_than_a_disc_is_noted(disc):
     contact = BARE.twin_disc
     width = {"width": Quantity(value=0.15e-3, unit="m")}
     contact = contact.model_copy(update={disc: getattr(contact, disc).model_copy(update=width)})
-    assert "wide on a disc of 0.15 mm" in notes(1e6, contact=contact)
+    assert "wider than the disc (0.15 mm)" in notes(1e6, contact=contact)
     assert notes(1e4, contact=contact) == ""
 
 
 def test_slip_changed_by_wear_is_noted():
     known = known_pair(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
-    assert "wear changes the slip from 4.00% to 5.30% at constant rotation rates" in notes(1e6, known=known)
+    assert "wear changes the slip from 4.00 % to 5.30 % at constant rotation rates" in notes(1e6, known=known)
 
 
 def test_k_d_without_uncertainty_is_noted():

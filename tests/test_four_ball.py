@@ -278,20 +278,23 @@ def test_what_was_read_goes_there_and_back():
             "found 10 mm on balls of 12.7 mm; expected four equal balls",
         ),
         ({"contact": {"kind": "four-ball", "ball": STEEL}}, r"contact\.ball\.diameter: missing"),
-        ({"contact": {"kind": "four-ball", "ball": {"diameter": 12.7, **STEEL}}}, "found the bare number 12.7"),
+        (
+            {"contact": {"kind": "four-ball", "ball": {"diameter": 12.7, **STEEL}}},
+            "found the number 12.7 without a unit",
+        ),
         (
             {"conditions": {"normal_load": "392 N", "rotational_speed": "1200 rpm", "track_radius": "3.67 mm"}},
-            r"conditions\.track_radius: found one in addition to contact\.ball\.diameter",
+            r"conditions\.track_radius: found a track radius in addition to contact\.ball\.diameter",
         ),
         (
             {"end_values": {"ball_scar_diameter": "14 mm"}},
-            "ball_scar_diameter: found 1.4×10⁴ µm, not smaller than the ball's",
+            "ball_scar_diameter: found 1.4×10⁴ µm, not less than the ball",
         ),
         (
             {"conditions": {"normal_load": "1600 N", "rotational_speed": "1200 rpm", "weld_load": "1569 N"}},
             r"conditions\.normal_load: found 1600 N, not less than the weld load of 1569 N",
         ),
-        ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found it twice"),
+        ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found the same key also as"),
     ],
 )
 def test_what_does_not_fit_four_balls_is_refused_in_their_names(changes, words):

@@ -132,8 +132,8 @@ def test_turning_and_scaling_the_bodies_turns_and_scales_the_ellipse(load, radiu
 
 NAMES = {
     "normal_load": "a load",
-    "radius_x": "a radius across",
-    "radius_z": "a radius along",
+    "radius_x": "a radius of curvature in x",
+    "radius_z": "a radius of curvature in z",
     "modulus": "a modulus",
 }
 

@@ -167,13 +167,13 @@ DOCUMENTS = {
     "key of 400 000 parts": ("a" + ".a" * 400_000 + " = 1", "more than 20 parts"),
     "key of quoted parts": ('a."b"' + ".'c'" * 10_000 + " = 1", "line 1: found a key of more than 20 parts"),
     "key of parts with blanks": ("\n[a" + " . a" * 1000 + "]", "line 2: found a key of more than 20 parts"),
-    "tables 50 deep": ("a = " + "{ a = " * 50 + "1" + " }" * 50, "a: found over 20 levels"),
+    "tables 50 deep": ("a = " + "{ a = " * 50 + "1" + " }" * 50, "a: found more than 20 nesting levels"),
     "lists 10 000 deep": ("a = " + "[" * 10_000 + "]" * 10_000, "nested too deeply"),
-    "more values than any record has": ("interruptions = [" + "0," * 110_000 + "]", "more than 100000 values"),
-    "hexadecimal number of a megabyte": ("schema = 0x" + "F" * 1_000_000, "schema: found a whole number"),
+    "more values than any record has": ("interruptions = [" + "0," * 110_000 + "]", "more than 100,000 values"),
+    "hexadecimal number of a megabyte": ("schema = 0x" + "F" * 1_000_000, "schema: found an integer"),
     "number of 4000 digits": (
         "[conditions]\nrotations = " + "9" * 4000,
-        "conditions.rotations: found a whole number of",
+        "conditions.rotations: found an integer of",
     ),
     "number of 5000 digits": ("schema = " + "9" * 5000, "thousands of digits"),
 }
@@ -187,7 +187,7 @@ def test_an_absurd_document_is_refused_at_once(case):
 
 def test_a_zero_byte_in_a_text_is_refused(sample_run, refusal):
     set_key(sample_run, "medium", r'"air\u0000"')
-    assert "conditions.medium: found a zero byte" in refusal()
+    assert "conditions.medium: found a null character" in refusal()
 
 
 def test_a_name_too_long_for_any_file_is_refused(sample_run, refusal):
@@ -204,7 +204,7 @@ def test_a_document_of_gigabytes_is_not_read(sample_run, refusal):
     with (sample_run / "run.toml").open("ab") as file:
         file.truncate(1 << 32)
     said = refusal()
-    assert "found 4294967296 bytes" in said
+    assert "found 4,294,967,296 bytes" in said
     assert "since documents are written by hand" in said
 
 

@@ -89,7 +89,7 @@ def test_any_other_text_is_told(read, text):
     ("line", "said"),
     [
         ('license = "MIT"', "license: unknown key; did you mean 'licence'?"),
-        ('licence = "CC BY 4"', "licence: found 'CC BY 4'; expected a license of spdx.org/licenses"),
+        ('licence = "CC BY 4"', "licence: found 'CC BY 4'; expected a license identifier from spdx.org/licenses"),
         ('licence = "MIT OR CC0-1.0"', "licence: found 'MIT OR CC0-1.0'; expected a license"),
         ('doi = "zenodo"', "doi: found 'zenodo'; expected a DOI"),
         ('published = "soon"', "published: found 'soon'"),

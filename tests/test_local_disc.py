@@ -142,7 +142,7 @@ def test_the_grid_is_wide_enough(load, crown, curved, flat, growth):
 
 
 def test_wear_beyond_the_grid_is_said():
-    with pytest.raises(ContactError, match="reaches the end of the grid"):
+    with pytest.raises(ContactError, match="reaches the edge of the grid"):
         wear(track(WORN[0], cells=(24, 12)), WORN)
 
 

@@ -301,7 +301,7 @@ def test_a_long_run_is_kept_as_recorded_beside_its_means(short_runs, tmp_path, m
     ingest(short_runs / RUN, archive)
     assert any("1,251 samples, evaluated as means of 5" in finding.message for finding in archive.findings(RUN))
     run = archive.raw(RUN)
-    assert "252 means of 1251 samples of time" in str(run)
+    assert "252 means of 1,251 samples of time" in str(run)
     assert [run.numbered(0), run.numbered(1), run.numbered(251)] == ["sample 1", "samples 2 to 6", "sample 1251"]
     assert run.recording.samples == 5
     sent = pickle.loads(pickle.dumps(run))  # noqa: S301 - of our own making

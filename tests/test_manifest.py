@@ -130,7 +130,9 @@ QUANTITIES = [
 @pytest.mark.parametrize("path", QUANTITIES, ids=".".join)
 def test_bare_number_is_refused_where_a_unit_belongs(path):
     document = with_value(path, 0.794)
-    with pytest.raises(ManifestError, match=rf"^where: {'.'.join(path)}: found the bare number 0.794; expected a text"):
+    with pytest.raises(
+        ManifestError, match=rf"^where: {'.'.join(path)}: found the number 0.794 without a unit; expected a value"
+    ):
         read_document(document, RunManifest, where="where")
     assert not run_schema().is_valid(as_json(document))
 
@@ -186,7 +188,7 @@ def test_interruptions_that_do_not_follow_each_other_are_refused(second, shown):
 @pytest.mark.parametrize(
     ("key", "value", "found"),
     [
-        ("pin_scar_diameter", "1.588 mm", "found 1588 µm, not smaller than the pin's diameter"),
+        ("pin_scar_diameter", "1.588 mm", "found 1588 µm, not less than the pin diameter"),
         ("pin_wear_depth", "0.8 mm", "found 800 µm, not less than the pin radius"),
     ],
 )
@@ -200,7 +202,9 @@ def test_scar_of_a_flat_pin_at_an_interruption_is_named_with_its_place():
     document = with_stop(1)
     document["contact"]["pin"]["shape"] = "flat"
     document["end_values"] = {}
-    with pytest.raises(ManifestError, match=r"^where: interruptions\[1\]\.pin_scar_diameter: found one for a flat pin"):
+    with pytest.raises(
+        ManifestError, match=r"^where: interruptions\[1\]\.pin_scar_diameter: found a scar size of a flat pin"
+    ):
         read_document(document, RunManifest, where="where")
 
 

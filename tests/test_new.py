@@ -197,7 +197,7 @@ def test_wrong_answers_are_explained_and_asked_again(export):
     assert len(heard) == 3
     assert "without a unit" in heard[0]
     assert "not a number with a unit" in heard[1]
-    assert "more than zero" in heard[2]
+    assert "a positive value" in heard[2]
     assert document(made.folder)["conditions"] == {"normal_load": "50 N"}
 
 
@@ -450,7 +450,7 @@ def test_a_template_gives_what_stays_the_same(lab):
         ('[conditions]\nnormal_load = "5 mm"', r"lab\.toml: conditions\.normal_load: found the unit 'mm'"),
         ("[signals]\ncolumns.tme = 'x'", r"signals\.columns\.tme: unknown key; did you mean 'time'"),
         ("id = 'x'", "id: unknown key"),
-        ("[conditions]\nstroke = '1 mm'\ntrack_radius = '3 mm'", "stroke: found it together with track_radius"),
+        ("[conditions]\nstroke = '1 mm'\ntrack_radius = '3 mm'", "stroke: found stroke in addition to track_radius"),
         ("[conditions", "invalid TOML"),
     ],
 )
@@ -531,8 +531,8 @@ def test_facts_that_cannot_be_are_commented():
     _, text = drafted(export_of("a.txt", facts))
     assert tomllib.loads(text)["conditions"] == {"stroke": "1 mm"}
     assert '# normal_load = "0 N"' in text
-    assert "more than zero" in text
-    assert "found it together with track_radius" in text
+    assert "a positive value" in text
+    assert "found stroke in addition to track_radius" in text
     assert '# odd.x = "1"' in text
 
 

@@ -92,7 +92,7 @@ def test_a_workbook_tells_the_same(run_cli, lab):
         ),
         (["test_1;5"], "run;normal_load", r"line 2: conditions.normal_load: found"),
         (["test_1;1,000"], "run;normal_load [N]", "thousands"),
-        (["test_1;-5"], "run;normal_load [N]", "more than zero"),
+        (["test_1;-5"], "run;normal_load [N]", "a positive value"),
         (["test_1;5"], "run;normal_load [mm]", "'mm', which is not a unit of force"),
         (["test_1;5"], "run;wear volume [mm^3]", "may be for the pin or the disc"),
         (["test_1;5;6"], "run;normal_load [N];Last [N]", "a second column for conditions.normal_load"),

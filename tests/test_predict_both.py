@@ -135,7 +135,7 @@ def scenario(manifest, law="archard", **coefficients):
 def test_engine_is_named_where_both_wear(manifest):
     found = predict_wear(scenario(manifest), [500.0])
     assert (found.engine, list(found.bodies)) == ("volume", ["pin", "disc"])
-    assert any("by volume" in note for note in found.notes)
+    assert any("wear volume of each body" in note for note in found.notes)
 
 
 def test_a_body_without_a_k_d_is_said_to_be_taken_as_unworn(manifest):
@@ -208,12 +208,12 @@ def test_a_track_of_unknown_length_is_asked_for(manifest):
     ("pin", "disc"), [(K_1, 1e5 * K_1), (1e5 * K_1, 0.0), (None, 1e6 * K_1), (1e6 * K_1, 1e7 * K_1)]
 )
 def test_a_groove_deeper_than_the_ball_is_refused(manifest, pin, disc):
-    with pytest.raises(ContactError, match="less than the height of the tip"):
+    with pytest.raises(ContactError, match="less than the tip height"):
         predict_wear(scenario(manifest, pin=pin, disc=disc), [500.0])
 
 
 def test_a_depth_beyond_the_tip_is_refused(manifest):
-    with pytest.raises(ContactError, match="less than the height of the tip"):
+    with pytest.raises(ContactError, match="less than the tip height"):
         predict_wear(scenario(manifest), depths=[0.7e-3])
 
 
@@ -228,7 +228,10 @@ def test_a_coating_that_is_worn_through_is_warned_of(manifest):
     disc = manifest.contact.disc.model_copy(update=film)
     coated = manifest.model_copy(update={"contact": manifest.contact.model_copy(update={"disc": disc})})
     deep, shallow = (predict_wear(scenario(coated), [place]).notes for place in (500.0, 100.0))
-    assert any("the disc is worn 11.6" in note and "through its coating of 10 µm" in note for note in deep)
+    assert any(
+        "a wear depth of the disc of 11.6" in note and "more than its coating thickness of 10 µm" in note
+        for note in deep
+    )
     assert not any("coating" in note for note in shallow)
 
 

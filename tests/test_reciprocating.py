@@ -97,7 +97,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ({"conditions": {"normal_load": "10 N"}}, r"conditions\.stroke: missing"),
         (
             {"conditions": {"normal_load": "10 N", "track_radius": "5 mm"}},
-            r"conditions\.track_radius: found one in a reciprocating run",
+            r"conditions\.track_radius: found a key of circular sliding in a reciprocating run",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": STEEL, "flat": STEEL}},
@@ -109,13 +109,13 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
-            r"contact: ball\.radius: found one, which a ball does not need",
+            r"contact: ball\.radius: found a key that does not apply to a ball",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},
-            "contact: ball: found one in addition to pin",
+            "contact: ball: found a ball in addition to a pin",
         ),
-        ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found it twice"),
+        ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found the same key also as"),
         ({"end_values": {"flat_track_widht": "1 mm"}}, r"flat_track_widht: unknown key; .*'flat_track_width'"),
     ],
 )

@@ -122,7 +122,7 @@ def test_rings_have_to_reach_beyond_the_contact():
 
 @pytest.mark.parametrize("amounts", [[], [0.0], [1e-15, 1e-15], [2e-15, 1e-15]])
 def test_places_have_to_increase(amounts):
-    with pytest.raises(ContactError, match="do not increase from zero"):
+    with pytest.raises(ContactError, match="are not positive and increasing"):
         wear(WORN, amounts)
 
 

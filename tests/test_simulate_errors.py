@@ -247,15 +247,19 @@ def test_scar_and_volume_of_both_bodies_are_measured(tmp_path):
 
 def test_two_statements_of_the_wear_of_a_disc_are_refused():
     _, run = on_flat()
-    with pytest.raises(ValidationError, match="disc_wear_depth: found one in addition to disc_wear_coefficient"):
+    with pytest.raises(
+        ValidationError, match="disc_wear_depth: found a wear depth in addition to disc_wear_coefficient"
+    ):
         VirtualRun.model_validate(run.model_dump() | {"disc_wear_depth": "100 nm"})
 
 
 def test_disc_that_wears_needs_the_length_of_its_track():
-    with pytest.raises(ValidationError, match=r"disc_wear_coefficient: found one, but neither track_radius nor stroke"):
+    with pytest.raises(
+        ValidationError, match=r"disc_wear_coefficient: found a wear coefficient, but neither track_radius nor stroke"
+    ):
         on_flat(track_radius=None)
 
 
 def test_motion_that_the_contact_does_not_know_is_refused():
-    with pytest.raises(ValidationError, match=r"stroke: found it together with track_radius"):
+    with pytest.raises(ValidationError, match=r"stroke: found stroke in addition to track_radius"):
         on_flat(stroke="10 mm")

@@ -395,8 +395,8 @@ def spoiled(key: str, value: object) -> dict:
 
 
 SPOILED = {
-    "no slip": ("runs.0.slip", "0 %", ["twin_disc_series[0].runs[0].slip", "found none", "only roll"]),
-    "cylindrical disc stands": ("runs.1.slip", "-100 %", ["runs[1].slip", "-100 %", "stand still"]),
+    "no slip": ("runs.0.slip", "0 %", ["twin_disc_series[0].runs[0].slip", "found zero slip", "pure rolling"]),
+    "cylindrical disc stands": ("runs.1.slip", "-100 %", ["runs[1].slip", "-100 %", "does not rotate"]),
     "half a rotation": ("runs.0.rotations", 1.5, ["runs[0].rotations", "1.5", "whole"]),
     "rotations as a text": ("runs.0.rotations", "1e6", ["runs[0].rotations", "'1e6'", "number of rotations"]),
     "no load": ("normal_load", None, ["twin_disc_series[0]", "runs[0].normal_load", "missing", "250 mN"]),
@@ -442,6 +442,8 @@ def test_plan_of_nothing_is_refused():
 
 def test_wear_beyond_the_crown_names_the_run(tmp_path):
     softer = RUN.model_copy(update={"curved_wear_coefficient": Quantity(value=1e-9, unit="m^2/N")})
-    with pytest.raises(ContactError, match="4pct-250k: contact: found wear beyond 4 mm, where nothing is left"):
+    with pytest.raises(
+        ContactError, match="4pct-250k: contact: found wear beyond 4 mm, at which the crown is completely worn away"
+    ):
         simulate_twin_disc_run(SERIES, softer, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -395,7 +395,9 @@ def test_run_of_other_bodies_is_refused(store, other, words, place):
     before = tree_bytes(store.folder)
     study = QUICK.model_copy(update={place: (*getattr(QUICK, place), other)})
     said = refusal(list(run_study(store, study, Recipe())))
-    assert_says(said, "air: found ", f"in {other}", LIGHT, *words, "expected the same materials", "remove one of them")
+    assert_says(
+        said, "air: found ", f"in {other}", LIGHT, *words, "expected the same materials", "remove one of the two runs"
+    )
     assert tree_bytes(store.folder) == before
 
 

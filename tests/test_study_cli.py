@@ -604,14 +604,14 @@ DOCUMENTS = {
     "no end value": ({"predict": [NO_END]}, [NO_END, "without a post-test measurement", "remove it from the study"]),
     "circular": (
         {"predict": [HEAVY, LIGHT]},
-        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "remove it from one of the two"],
+        ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "remove the run from one of the two"],
     ),
     "twice": ({"fit": [LIGHT, LIGHT]}, ["study.toml", f"fit: found '{LIGHT}' twice", "remove one"]),
     "nothing to fit": ({"fit": []}, ["study.toml", "fit"]),
     "unknown law": ({"laws": ["archad"]}, ["study.toml", "laws[0]", "'archad'", "archard"]),
     "unknown key": ({"fits": [LIGHT]}, ["study.toml", "fits: unknown key", "did you mean 'fit'?"]),
     "life past the tip": ({"end_of_life": "1 mm"}, ["1000 µm", "tip"]),
-    "life without unit": ({"end_of_life": 40}, ["study.toml", "end_of_life", "bare number 40"]),
+    "life without unit": ({"end_of_life": 40}, ["study.toml", "end_of_life", "number 40 without a unit"]),
 }
 
 
@@ -643,7 +643,7 @@ CALLS = {
     ),
     "onto itself": (
         ["predict", "--from", LIGHT, "--onto", HEAVY, "--onto", LIGHT],
-        [f"found '{LIGHT}', which is also in fit", "remove it from one of the two"],
+        [f"found '{LIGHT}', which is also in fit", "remove the run from one of the two"],
     ),
     "from twice": (["predict", "--from", LIGHT, "--from", LIGHT, "--onto", HEAVY], [f"found '{LIGHT}' twice"]),
     "together with itself": (["fit", LIGHT, LIGHT, "--together"], [f"found '{LIGHT}' twice"]),

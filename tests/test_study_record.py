@@ -79,7 +79,7 @@ def test_a_study_cannot_change():
 def test_a_run_that_is_both_fitted_and_predicted_is_refused_by_name():
     said = refusal(fit=["light", "heavy"], predict=["other", "heavy"])
     assert "found 'heavy', which is also in fit" in said
-    assert "remove it from one of the two" in said
+    assert "remove the run from one of the two" in said
     assert "'other'" not in said
     assert "light" not in said
 
@@ -87,7 +87,7 @@ def test_a_run_that_is_both_fitted_and_predicted_is_refused_by_name():
 @pytest.mark.parametrize("role", ["fit", "predict"])
 def test_a_run_that_stands_twice_in_one_list_is_refused_by_name(role):
     said = refusal(**{"fit": ["x"], role: ["a", "b", "c", "b"]})
-    assert f"{role}: found 'b' twice; expected each once" in said
+    assert f"{role}: found 'b' twice; expected each entry once" in said
 
 
 @given(fit=st.lists(IDS, min_size=1, max_size=6), predict=st.lists(IDS, max_size=6))
@@ -143,7 +143,7 @@ def test_a_mistyped_fit_is_named_rather_than_only_missed():
 @pytest.mark.parametrize("bare", [20, 20e-6])
 def test_an_end_of_life_without_a_unit_is_refused(bare):
     said = refusal(end_of_life=bare)
-    assert f"end_of_life: found the bare number {bare!r}; expected a text with its unit" in said
+    assert f"end_of_life: found the number {bare!r} without a unit; expected a value with its unit" in said
 
 
 @pytest.mark.parametrize("written", ["20 mN", "0 um", "-3 um", "deep"])

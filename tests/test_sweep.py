@@ -154,7 +154,7 @@ def test_a_quantity_keeps_the_relative_uncertainty_of_what_it_replaces():
     better = subject.changed({f"{path}.standard_uncertainty": "1 %"}).recipe.drift.prior
     assert (better.value, better.standard_uncertainty) == (2e-7, pytest.approx(2e-9))
     assert subject.value(f"{path}.standard_uncertainty", "1 %").unit == "m"
-    with pytest.raises(ManifestError, match="bare standard_uncertainty"):
+    with pytest.raises(ManifestError, match="without a unit"):
         subject.value(f"{path}.standard_uncertainty", 2e-9)
     assert subject.base["recipe"]["drift"]["prior"] == load
 
@@ -387,14 +387,14 @@ WRONG = {
     "twice": (CHOICES.replace("[0.02, 0.05]", "[0.02, 0.02]"), "found 0.02 twice"),
     "no kind": (CHOICES.replace("[choices]", ""), "found none of choices"),
     "two kinds": (CHOICES + "[predictions]\nrun = 'x'\n", "found choices and predictions"),
-    "nothing drawn": ("repeats = 3\n" + CHOICES, "although no value is drawn"),
+    "nothing drawn": ("repeats = 3\n" + CHOICES, "although no value is random"),
     "no repeats": (TESTS.replace("repeats = 2", ""), "repeats: missing"),
     "a seed": (TESTS + "seed = [1, 2]\n", "expected none, since each repeat has its own"),
     "no plan": (TESTS.replace("plan.toml", "plans.toml"), "no such file"),
     "no such run": (TESTS.replace(f'"{RUN}"', '"si3n4-air-20mN"'), f"did you mean '{RUN}'"),
     "not archived": (LIFE.replace(RUN, "si3n4-air-20mN"), f"did you mean '{RUN}'"),
     "wrong way round": (TESTS.replace('"-15 nm/min", "15', '"15 nm/min", "-15'), "least below greatest"),
-    "half a range": (TESTS.replace('"-15 nm/min", ', ""), "expected [least, greatest]"),
+    "half a range": (TESTS.replace('"-15 nm/min", ', ""), "expected [minimum, maximum]"),
     "odd distribution": (TESTS.replace("uniform = [", "normal = 1, uniform = ["), "expected { uniform"),
     "drawn words": (TESTS + "id = { uniform = ['a', 'b'] }\n", "what is no number"),
     "wrong unit": (LIFE.replace('"1 km"', '"1 s"'), "predictions.at: found the unit 's'"),

@@ -53,7 +53,7 @@ def members(path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("text", ["run in", "a,b", "", " ", "x" * 61, "tab\t", "zero\u200bwidth", "new\nline"])
 def test_tags_that_could_not_be_asked_for_are_refused(text):
-    with pytest.raises(ValidationError, match="expected up to 60 letters"):
+    with pytest.raises(ValidationError, match="expected up to 60 characters"):
         annotation("tag", text)
 
 
@@ -135,7 +135,7 @@ def test_tag_given_twice_changes_nothing(tribopipe, two):
     ("arguments", "words"),
     [
         (["tag", RUN, "si3n4-air-oter", "--add", "x"], ["no run 'si3n4-air-oter'", "did you mean 'si3n4-air-other'?"]),
-        (["tag", RUN, "--add", "run in"], ["the tag", "'run in'", "without a space"]),
+        (["tag", RUN, "--add", "run in"], ["the tag", "'run in'", "without spaces"]),
         (["tag", RUN, "--remove", "x"], ["no tag 'x' to remove"]),
         (["note", RUN, "si3n4-air-oter", "text"], ["no run 'si3n4-air-oter'"]),
         (["note", RUN, " "], ["the note", "expected at least one word"]),

@@ -714,28 +714,28 @@ def test_wear_beyond_the_crown_is_refused(convention):
     pair = discs_of(TABLE_3, convention)
     with pytest.raises(ContactError) as caught:
         pair.worn([1.0, 1e18], 1e-14)
-    one_sentence(caught, "beyond 4 mm, where nothing is left of the crown")
+    one_sentence(caught, "beyond 4 mm, at which the crown is completely worn away")
     with pytest.raises(ContactError) as caught:
         pair.rotations([1e-6, 4e-3], 1e-14)
-    one_sentence(caught, "beyond 4 mm, where nothing is left of the crown")
+    one_sentence(caught, "beyond 4 mm, at which the crown is completely worn away")
 
 
 def test_a_million_million_rotations_are_beyond_the_crown_of_table_3():
-    with pytest.raises(ContactError, match="beyond 4 mm, where nothing is left of the crown"):
+    with pytest.raises(ContactError, match="beyond 4 mm, at which the crown is completely worn away"):
         worn(TABLE_3, "full-slip", 1e12)
 
 
 def test_steps_that_wear_the_crown_past_its_radius_are_refused():
     with pytest.raises(ContactError) as caught:
         published_wear(discs_of(TABLE_3, "full-slip"), [1.0, 1e12], 1e-16)
-    one_sentence(caught, "more of them with --steps")
+    one_sentence(caught, "more steps with --steps")
 
 
 @pytest.mark.parametrize("load", [0.0, -0.3, float("nan"), [0.3, 0.0]])
 def test_discs_without_a_load_are_refused(load):
     with pytest.raises(ContactError) as caught:
         discs_of(TABLE_3, "full-slip", normal_load=load)
-    one_sentence(caught, "found a load of .*; expected more than 0, or the discs do not touch and roll; check load")
+    one_sentence(caught, "found a load of .*; expected more than 0, for discs in rolling contact; check load")
 
 
 @pytest.mark.parametrize("changes", [{"crown_radius": 1e-9}, {"normal_load": 1e9}, {"crown_radius": [4e-3, 1e-9]}])

@@ -64,7 +64,7 @@ def test_rigid_sphere_is_the_limit_of_a_hard_one():
 
 @pytest.mark.parametrize("depth", [-1e-6, 1.0e-3])
 def test_depth_that_a_rigid_sphere_cannot_have_is_refused(depth):
-    with pytest.raises(ContactError, match="tip's height of 794 µm"):
+    with pytest.raises(ContactError, match="tip height of 794 µm"):
         RigidSphere(RADIUS).volume(depth)
 
 

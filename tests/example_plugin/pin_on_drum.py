@@ -43,6 +43,7 @@ class PinOnDrum(SlidingPin):
     body_names: ClassVar[tuple[str, ...]] = ("pin", "drum")
     both: ClassVar[str] = "pin + drum"
     title: ClassVar[str] = "a pin on the side of a drum"
+    track_key: ClassVar[str | None] = "contact.drum.radius"
 
     @model_validator(mode="after")
     def _the_pin_is_a_sphere(self) -> Self:
@@ -90,22 +91,7 @@ class PinOnDrum(SlidingPin):
         )
 
     @classmethod
-    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Add that the pin slides on a track of the drum's radius, by which rotations become distances."""
-        named = dict(super().completed(document))
-        contact, conditions = named.get("contact"), named.get("conditions")
-        drum = contact.get("drum") if isinstance(contact, Mapping) else None
-        if not isinstance(drum, Mapping) or "radius" not in drum or not isinstance(conditions, Mapping):
-            return named
-        if "track_radius" in conditions:
-            raise ValueError(
-                "conditions.track_radius: found one with contact.drum.radius, which is that of the track; expected "
-                "only one of the two; remove track_radius"
-            )
-        return named | {"conditions": {**conditions, "track_radius": drum["radius"]}}
-
-    @classmethod
-    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Take that track out again."""
-        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
-        return super().stated(document) | {"conditions": conditions}
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:
+        """Return the radius of the drum."""
+        drum = contact.get("drum")
+        return drum.get("radius") if isinstance(drum, Mapping) else None

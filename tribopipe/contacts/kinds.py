@@ -1,4 +1,4 @@
-"""The wear of a contact of any kind: which module answers for it."""
+"""Wear of a contact of any kind."""
 
 from collections.abc import Callable, Collection
 from typing import NamedTuple
@@ -24,7 +24,7 @@ class Terms(NamedTuple):
     engine: WearEngine = "giwm"
     """Pressure that k_D is found by."""
     distance: DistanceConvention = "full-slip"
-    """What counts as sliding distance in one rotation of bodies that roll."""
+    """Convention for the sliding distance in one rotation of bodies that roll."""
     path: Quantity | None = None
     """Sliding distance between two passages of a pin at one place of its track, m."""
     worn: Collection[str] = ()
@@ -42,8 +42,9 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
         return PinWear(contact, terms.engine)
     if terms.path is None:
         raise ContactError(
-            f"conditions: found neither track_radius nor stroke; expected one of them, over which the {counterbody} "
-            'wears; add track_radius = "5 mm" or the like to run.toml'
+            "conditions: found neither track_radius nor stroke; expected one of the two, which gives the length of "
+            f"the wear track on the {counterbody}; "
+            'add track_radius = "5 mm" or the like to run.toml'
         )
     return PinAndTrackWear(contact, terms.path)
 

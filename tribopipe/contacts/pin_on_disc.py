@@ -22,7 +22,6 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.local.sphere import LocalSphere
 from tribopipe.physics.pin_on_disc import (
     BlockOnCylinder,
@@ -139,25 +138,18 @@ def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
         return FlatPin(values["pin_radius"])
     if contact.pin.line:
         return BlockOnCylinder(values["pin_radius"], contact.pin.line)
-    modulus = contact_modulus(
-        pin_modulus=values["pin_modulus"],
-        pin_ratio=contact.pin.poisson_ratio.value,
-        disc_modulus=values["disc_modulus"],
-        disc_ratio=contact.counterbody.poisson_ratio.value,
-    )
     return SphericalPin(
         normal_load=values["normal_load"],
         radius=values["pin_radius"],
-        modulus=modulus,
-        flat_radius=0.0 if contact.pin.flat_radius is None else contact.pin.flat_radius.value,
+        modulus=contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"]),
+        flat_radius=contact.pin.flat,
     )
 
 
 def no_local_wear_of_a_block(contact: SlidingPin) -> ContactError:
     """Return the refusal of local wear of a line contact."""
     return ContactError(
-        f"local wear: found {contact.title}, which touch in a line; expected a pin or ball; fit and predict it by "
-        "volume"
+        f"local wear: found {contact.title}, a line contact; expected a pin or ball; use --engine volume"
     )
 
 
@@ -176,7 +168,7 @@ def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinCon
     if contact.pin.flat_radius is not None:
         raise ContactError(
             f"local wear: found a truncated sphere with a flat of {contact.pin.flat_radius.shown('um')}; expected a "
-            "whole sphere or a flat pin; fit and predict it with the GIWM, --engine giwm"
+            "full sphere or a flat pin; use --engine giwm"
         )
     return LocalSphere(pin)
 
@@ -297,8 +289,8 @@ class PinAndTrackWear:
     def local_amount(self, _: Values, __: Column, /) -> Column:
         """Refuse: local wear is computed of one body only."""
         raise ContactError(
-            "local wear: found wear coefficients of pin and counterbody; expected that of the pin alone; omit the "
-            "other one"
+            "local wear: found wear coefficients of both pin and counterbody; expected only that of the pin; omit the "
+            "wear coefficient of the counterbody"
         )
 
     def usual_steps(self, _: float, /) -> int:
@@ -307,7 +299,7 @@ class PinAndTrackWear:
 
     def published(self, _: Values, steps: Steps, __: Column, /) -> State:
         """Refuse: the paper's Euler steps are those of the GIWM."""
-        raise no_published_scheme(steps.ends[1:], "volumes of pin and counterbody")
+        raise no_published_scheme(steps.ends[1:], "wear volumes of pin and counterbody")
 
     def start(self, _: Values, /) -> None:
         """Return nothing: rigid bodies begin in a point."""
@@ -315,24 +307,25 @@ class PinAndTrackWear:
     def notes(self, _: Values, last: State | None, /) -> tuple[str, ...]:
         """Return what the contact assumes, and where a coating is worn through, or the track too short for it."""
         yielded = () if last is None else (*self._through(last), *self._short(last))
-        return *self.contact.limits, "wear of both bodies by volume: each of them loses k_D·F_N·s", *yielded
+        return *self.contact.limits, "wear volume of each body: k_D·F_N·s", *yielded
 
     def _through(self, last: State) -> Iterator[str]:
         for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
             film, worn = body.film_thickness, float(last[depth])
             if film is not None and worn > film.value:
                 yield (
-                    f"warning: the {name} is worn {show(worn, None, 'm', 'um')} deep, through its coating of "
-                    f"{film.shown('um')}; expected wear within the coating, for which k_D holds"
+                    f"warning: found a wear depth of the {name} of {show(worn, None, 'm', 'um')}, more than its "
+                    f"coating thickness of {film.shown('um')}; expected wear within the coating, since k_D is that of "
+                    "the coating"
                 )
 
     def _short(self, last: State) -> Iterator[str]:
         if self.path.value > 2 * float(last["half_length"]):
             return
         yield (
-            f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the track "
-            f"{self.path.shown('mm')}, so that parts of it never leave the contact; expected a track longer than the "
-            "contact; use the volumes, which remain valid, and not the depths"
+            f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the wear track "
+            f"{self.path.shown('mm')}, so that parts of the track never leave the contact; expected a track longer "
+            "than the contact; use the wear volumes, which remain valid, not the wear depths"
         )
 
 
@@ -352,6 +345,6 @@ def _too_deep(worn: WornContact, tip: OnTrack) -> ContactError:
     depth = np.max(np.where(np.isfinite(worn.approach), worn.approach, tip.most))
     return ContactError(
         f"contact: found scar and groove with a combined depth of {show(depth, None, 'm', 'um')} or more; expected "
-        f"less than the height of the tip, {show(np.min(tip.most), None, 'm', 'um')}; check wear "
-        "coefficients, load and distance"
+        f"less than the tip height of {show(np.min(tip.most), None, 'm', 'um')}; check wear coefficients, load and "
+        "sliding distance"
     )

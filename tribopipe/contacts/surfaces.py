@@ -19,7 +19,7 @@ from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import Engine
 from tribopipe.physics.geometry import cap_height
-from tribopipe.physics.hertz import contact_modulus, hertz_radius
+from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.contact_solvers import Surface
 from tribopipe.physics.local.finite_elements import pin_body, quarter_disc
 from tribopipe.physics.local.grids import disc_track, round_pin
@@ -67,8 +67,8 @@ def _pin_grid(contact: SlidingPin, values: Values, amount: float) -> Surface:
 def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface:
     if contact.pin.shape == "flat":
         raise ContactError(
-            "local wear: found a flat pin for finite elements, whose mesh would fold at its edge; expected a rounded "
-            "one; use --engine rings"
+            "local wear: found a flat pin for finite elements; expected a rounded pin, since the mesh would fold at "
+            "the edge of a flat pin; use --engine rings"
         )
     radius = _pin_edges(contact, values, amount)
     return pin_body(
@@ -96,20 +96,12 @@ def _tip(contact: SlidingPin, values: Values) -> Callable[[Column], Column]:
     radius = float(values["pin_radius"])
     if contact.pin.shape == "flat":
         return lambda r: np.where(r <= radius, 0.0, np.inf)
-    flat = 0.0 if contact.pin.flat_radius is None else contact.pin.flat_radius.value
-    missing = cap_height(scar_radius=flat, sphere_radius=radius)
+    missing = cap_height(scar_radius=contact.pin.flat, sphere_radius=radius)
     return lambda r: np.maximum(cap_height(scar_radius=r, sphere_radius=radius) - missing, 0.0)
 
 
 def _pin_modulus(contact: SlidingPin, values: Values) -> float:
-    return float(
-        contact_modulus(
-            pin_modulus=values["pin_modulus"],
-            pin_ratio=contact.pin.poisson_ratio.value,
-            disc_modulus=values["disc_modulus"],
-            disc_ratio=contact.counterbody.poisson_ratio.value,
-        )
-    )
+    return float(contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"]))
 
 
 def _disc_grid(contact: TwinDisc, values: Values, amount: float) -> Surface:
@@ -123,17 +115,12 @@ def _disc_elements(contact: TwinDisc, values: Values, amount: float) -> Surface:
 
 def _discs(contact: TwinDisc, values: Values) -> dict[str, Any]:
     names = ("normal_load", "crown_radius", "curved_radius", "flat_radius")
-    modulus = contact_modulus(
-        pin_modulus=values["curved_modulus"],
-        pin_ratio=contact.curved_disc.poisson_ratio.value,
-        disc_modulus=values["flat_modulus"],
-        disc_ratio=contact.flat_disc.poisson_ratio.value,
-    )
+    modulus = contact.reduced_modulus(values["curved_modulus"], values["flat_modulus"])
     return {name: float(values[name]) for name in names} | {"modulus": float(modulus)}
 
 
 class _Engines(NamedTuple):
-    """By which engines the surface of some bodies is solved."""
+    """Engines that can solve the contact of a pair of bodies."""
 
     of: str
     usual: Engine
@@ -151,6 +138,6 @@ def _fit(engine: Engine, engines: _Engines) -> Callable[..., Surface]:
     if engine not in engines.builders:
         raise ContactError(
             f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; "
-            "specify one of them, or none for the default"
+            "specify one of these engines, or omit the engine to use the default"
         )
     return engines.builders[engine]

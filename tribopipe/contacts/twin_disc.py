@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_ellipse
+from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse
 from tribopipe.physics.twin_disc import DiscPair, DiscWear, published_wear
 from tribopipe.results.input_quantities import Input, best_values, relative_input
 from tribopipe.results.wear_fit import HertzStart
@@ -224,18 +224,20 @@ class TwinDiscWear:
         if half_width > _FLAT_CROWN * crown.value:
             yield (
                 f"extrapolation: the worn flat is {show(width, None, 'm', 'mm')} wide, more than the crown radius of "
-                f"{crown.shown('mm')}: the model assumes worn surfaces to be flat, and has not been tested in this "
-                "range"
+                f"{crown.shown('mm')}: the model, which assumes flat worn surfaces, has not been tested in this range"
             )
         widths = [disc.width.value for disc in (contact.curved_disc, contact.flat_disc) if disc.width is not None]
         if widths and width > min(widths):
             yield (
-                f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide on a disc of "
-                f"{show(min(widths), None, 'm', 'mm')}: beyond that the contact no longer widens, and the model no "
-                "longer applies"
+                f"extrapolation: the worn flat would be {show(width, None, 'm', 'mm')} wide, wider than the disc "
+                f"({show(min(widths), None, 'm', 'mm')}): the contact cannot widen further, and the model no longer "
+                "applies"
             )
         if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
-            yield f"wear changes the slip from {slipping:.2%} to {slip_of_worn:.2%} at constant rotation rates"
+            yield (
+                f"wear changes the slip from {100 * slipping:.2f} % to {100 * slip_of_worn:.2f} % at constant rotation "
+                "rates"
+            )
 
 
 @dataclass(frozen=True)
@@ -265,19 +267,12 @@ def _state(worn: DiscWear) -> State:
 
 def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -> DiscPair:
     """Build two discs from values of the inputs of ``TwinDiscWear``."""
-    curved, flat = contact.curved_disc, contact.flat_disc
-    modulus = contact_modulus(
-        pin_modulus=values["curved_modulus"],
-        pin_ratio=curved.poisson_ratio.value,
-        disc_modulus=values["flat_modulus"],
-        disc_ratio=flat.poisson_ratio.value,
-    )
     return DiscPair(
         normal_load=values["normal_load"],
         crown_radius=values["crown_radius"],
         curved_radius=values["curved_radius"],
         flat_radius=values["flat_radius"],
-        modulus=modulus,
+        modulus=contact.reduced_modulus(values["curved_modulus"], values["flat_modulus"]),
         slip=values["slip"],
         distance=distance,
     )

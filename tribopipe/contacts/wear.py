@@ -1,4 +1,4 @@
-"""What a prediction and a fit ask of a contact: how it wears for given wear coefficients.
+"""Protocols of a contact for predictions and fits: its wear for given wear coefficients.
 
 Each kind answers in a module of its own. Wear is given at effective progress: the progress along the contact's axis
 after which Archard's law would have worn as much as the law at hand.
@@ -28,7 +28,7 @@ class Steps(NamedTuple):
     effective: Column
     """Effective progress there."""
     factor: Column
-    """The law's rate factor there."""
+    """Rate factor of the law at this position."""
 
 
 class ContactWear(Protocol):
@@ -48,15 +48,15 @@ class ContactWear(Protocol):
 
     @property
     def outcomes(self) -> Mapping[str, str]:
-        """What is shown along a run with its band, and its unit."""
+        """Quantities that are shown along a run with their band, and their units."""
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """What of a state is predicted with its uncertainty."""
+        """Quantities that are predicted with their uncertainty."""
 
     @property
     def most_places(self) -> int | None:
-        """At so many places wear is evaluated along a run, with straight lines between; none for every sample."""
+        """Number of positions at which wear is computed along a run, linear in between; none for every sample."""
 
     @property
     def slid(self) -> float:
@@ -64,7 +64,7 @@ class ContactWear(Protocol):
 
     @property
     def conditions(self) -> dict[str, Quantity]:
-        """What a prediction may change in addition to the load."""
+        """Conditions that a prediction may change in addition to the load."""
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, geometry and moduli with the uncertainties stated, or else the recipe's defaults."""
@@ -95,17 +95,17 @@ class ContactWear(Protocol):
 
 
 class Row(NamedTuple):
-    """One thing measured on one body."""
+    """Measurement on one body."""
 
     body: str
     what: str
-    """The name of a post-test measurement without that of the body: "wear_depth"."""
+    """Name of a post-test measurement without that of the body: "wear_depth"."""
     place: int
     """Which place of a state it was measured at."""
 
 
 class Noticed(NamedTuple):
-    """The least wear of a body that explains what was measured on it, or would have been noticed."""
+    """Least wear of a body that explains its measurement, or would have been detected."""
 
     what: str
     value: float

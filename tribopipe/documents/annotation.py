@@ -1,4 +1,4 @@
-"""What people add to an archived run: tags to find it by, notes, and marks as bad, or as good after all."""
+"""Annotations of archived runs: tags for searching, notes, and marks as bad or good."""
 
 import re
 from collections.abc import Iterable
@@ -19,18 +19,18 @@ class Annotation(Record):
     text: str
     """The tag, or the note."""
     date: str
-    """When it was added, ISO 8601."""
+    """Date of the entry, ISO 8601."""
     operator: str | None = None
-    """Who added it; none where nobody is known by name."""
+    """Name of the person who added the entry; none if unknown."""
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
         if self.kind == "note" and not self.text.strip():
-            raise ValueError(f"found the note {self.text!r}; expected at least one word; write it")
+            raise ValueError(f"found the note {self.text!r}; expected at least one word; write the note")
         if self.kind != "note" and not (_TAG.fullmatch(self.text) and self.text.isprintable()):
             raise ValueError(
-                f"found the tag {self.text!r}; expected up to 60 letters, digits and signs without a space or a comma, "
-                "such as 'run-in'; write - for a space"
+                f"found the tag {self.text!r}; expected up to 60 characters without spaces or commas, such as "
+                "'run-in'; use - instead of a space"
             )
         return self
 
@@ -71,9 +71,9 @@ class Mark(Record):
     reason: Annotated[str, _worded("why the run is marked")]
     """Why, in the words of whoever marked it."""
     date: str
-    """When it was marked, ISO 8601."""
+    """Date of the mark, ISO 8601."""
     operator: Annotated[str, _worded("who marks the run")] | None = None
-    """Who marked it; none where nobody is known by name."""
+    """Name of the person who marked the run; none if unknown."""
 
     def __str__(self) -> str:
         who = f" by {self.operator}" if self.operator else ""

@@ -18,12 +18,12 @@ from tribopipe.documents.contact import SlidingPin, Specimen, Tip
 from tribopipe.documents.quantity import Length, Quantity
 
 _SCAR = ("block_scar_width", "pin_scar_length")
-"""What the standard calls the width of the scar is its length along the sliding direction."""
+"""Key of the scar width of the standard, which is the scar length along the sliding direction here."""
 
 _SAME = 1e-3
 """Relative difference up to which a radius is half of a diameter."""
 _NO_WIDTHS = ("pin_scar_diameter", "pin_scar_width")
-"""What is measured on scars that are round, or wider where the counterbody has worn."""
+"""Measurements of round scars, and of scars that are wider if the counterbody has worn."""
 
 
 class Block(Specimen):
@@ -68,6 +68,7 @@ class BlockOnRing(SlidingPin):
     both: ClassVar[str] = "block + ring"
     title: ClassVar[str] = "a block on a ring"
     standard: ClassVar[str] = "g77"
+    track_key: ClassVar[str | None] = "contact.ring.radius"
 
     @property
     def pin(self) -> BlockTip:
@@ -78,8 +79,7 @@ class BlockOnRing(SlidingPin):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Radius of the ring, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"ring.radius": self.ring.radius, **moduli}
+        return {"ring.radius": self.ring.radius, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:
@@ -101,8 +101,8 @@ class BlockOnRing(SlidingPin):
         radius, diameter = self.ring.radius, self.ring.diameter
         if diameter is not None and not math.isclose(2 * radius.value, diameter.value, rel_tol=_SAME):
             raise ValueError(
-                f"ring.radius: found {radius.shown('mm')} for a ring of {diameter.shown('mm')} in diameter; expected "
-                "half the diameter; correct one of them"
+                f"ring.radius: found {radius.shown('mm')} for a ring diameter of {diameter.shown('mm')}; expected half "
+                "the diameter; correct one of the two"
             )
         return self
 
@@ -117,41 +117,23 @@ class BlockOnRing(SlidingPin):
         for name in _NO_WIDTHS:
             if getattr(measured, name) is not None:
                 raise ValueError(
-                    f"{where}.{name}: found one on a block; expected block_scar_width, the width of the scar along "
-                    "the sliding direction; rename it"
+                    f"{where}.{name}: found this key for a block; expected block_scar_width, the width of the scar "
+                    "along the sliding direction; rename the key"
                 )
         super().refuse_wear(where, measured)
 
     @classmethod
-    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Add that the block slides on a track of the ring's radius, by which rotations become distances.
-
-        Raises ``ValueError`` where that radius is stated as well.
-        """
-        named = dict(super().completed(document))
-        contact, conditions = named.get("contact"), named.get("conditions")
-        ring = contact.get("ring") if isinstance(contact, Mapping) else None
-        if not isinstance(ring, Mapping) or "radius" not in ring or not isinstance(conditions, Mapping):
-            return named
-        if "track_radius" in conditions:
-            raise ValueError(
-                "conditions.track_radius: found one in addition to contact.ring.radius, which is that of the track; "
-                "expected only one of the two; remove track_radius"
-            )
-        return named | {"conditions": {**conditions, "track_radius": ring["radius"]}}
-
-    @classmethod
-    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Take that radius out again."""
-        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
-        return super().stated(document) | {"conditions": conditions}
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:
+        """Return the radius of the ring."""
+        ring = contact.get("ring")
+        return ring.get("radius") if isinstance(ring, Mapping) else None
 
     @classmethod
     def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:
         if "block_scar_length" in ends:
             raise ValueError(
-                f"{where}.block_scar_length: found one; expected block_scar_width, the width of the scar along the "
-                "sliding direction; rename it if this is what was measured"
+                f"{where}.block_scar_length: found a scar length; expected block_scar_width, the width of the scar "
+                "along the sliding direction; rename the key if this width was measured"
             )
         return super()._in_roles(where, ends)
 

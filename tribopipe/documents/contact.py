@@ -7,24 +7,23 @@ import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    model_validator,
-)
+from numpy.typing import ArrayLike
+from pydantic import AfterValidator, Field, model_validator
 
+from tribopipe.base.arrays import Column
 from tribopipe.base.errors import UnitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, read_quantity, scaled
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
+from tribopipe.physics.hertz import contact_modulus
 
 
 class Progress(NamedTuple):
-    """What wear grows along on a tribometer: the axis of its curves, and how far a test went."""
+    """Quantity that wear increases with on a tribometer: the axis of its curves, and the length of a test."""
 
     signal: SignalName
-    """Its column; ``conditions`` names the planned end alike."""
+    """Name of the signal; the planned end in ``conditions`` has the same name."""
     kind: str
     """Kind of number, of ``tribopipe.base.units.KINDS``."""
     unit: str
@@ -36,7 +35,7 @@ class Progress(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Its name in a sentence."""
+        """Name in a sentence."""
         return self.signal.replace("_", " ")
 
     def shown(self, value: float) -> str:
@@ -50,7 +49,7 @@ ROTATIONS = Progress("rotations", "count", "rotations", "curved_disc_speed", "1e
 
 def _physical_poisson_ratio(ratio: Quantity) -> Quantity:
     if not -1 < ratio.value <= 0.5:
-        raise ValueError(f"found {ratio.value:g}; expected a Poisson ratio above -1 and at most 0.5")
+        raise ValueError(f"found {ratio.value:g}; expected a Poisson ratio greater than -1 and at most 0.5")
     return ratio
 
 
@@ -96,6 +95,11 @@ class Tip(Specimen):
         return 0.0
 
     @property
+    def flat(self) -> float:
+        """Radius of the flat of a truncated sphere before the test, m; 0 for other tips."""
+        return 0.0 if self.flat_radius is None else self.flat_radius.value
+
+    @property
     def widens(self) -> bool:
         """Whether wear makes the contact wider across the sliding, so that a groove shapes it."""
         return self.shape in ("spherical", "truncated-sphere")
@@ -116,13 +120,13 @@ class Pin(Tip):
         if (self.flat_radius is None) == (self.shape == "truncated-sphere"):
             found = "none" if self.flat_radius is None else self.flat_radius.shown("um")
             raise ValueError(
-                f"flat_radius: found {found} on a {self.shape} pin; expected the radius of the flat only on a pin of "
-                "the shape truncated-sphere; correct shape or flat_radius"
+                f"flat_radius: found {found} for a {self.shape} pin; expected flat_radius for truncated-sphere pins, "
+                "and only for them; correct shape or flat_radius"
             )
         if self.flat_radius is not None and self.flat_radius.value >= self.radius.value:
             raise ValueError(
-                f"flat_radius: found {self.flat_radius.shown('um')}, not less than the radius of the sphere of "
-                f"{self.radius.shown('um')}; expected a smaller one; check both units"
+                f"flat_radius: found {self.flat_radius.shown('um')}, not less than the sphere radius of "
+                f"{self.radius.shown('um')}; expected a smaller flat; check both units"
             )
         return self
 
@@ -139,9 +143,9 @@ class Contact(Record):
     roles: ClassVar[tuple[str, ...]]
     """Both bodies, in the same order, as post-test measurements and results of this family call them."""
     fitted_bodies: ClassVar[tuple[str, ...]]
-    """Those whose k_D is found, the one that every fit finds first."""
+    """Bodies whose k_D is determined; the first one is determined in every fit."""
     shown: ClassVar[tuple[str, ...]]
-    """What tables state about predicted wear."""
+    """Quantities of the predicted wear that tables show."""
     rolls: ClassVar[bool] = False
     """Whether the bodies roll on each other and slip, so that rotations count."""
     both: ClassVar[str]
@@ -149,7 +153,7 @@ class Contact(Record):
     body_words: ClassVar[Mapping[str, str]] = {}
     """Names for readers of bodies whose name in run.toml is different."""
     slid: ClassVar[str] = "sliding distance"
-    """What the distance is called that the bodies slide on each other."""
+    """Name of the relative sliding distance of the bodies."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
     own_conditions: ClassVar[tuple[str, ...]] = ()
@@ -165,7 +169,7 @@ class Contact(Record):
     sensor_tells: ClassVar[bool] = False
     """Whether the depth reading of a test gives the wear without a measurement after it."""
     title: ClassVar[str]
-    """What the test is called in a sentence: "a pin on a disc"."""
+    """Name of the test in a sentence: "a pin on a disc"."""
 
     @property
     def travel(self) -> float:
@@ -203,6 +207,27 @@ class Contact(Record):
     def alike(self) -> dict[str, object]:
         """What else than the materials runs must have in common for one k_D, by its name."""
         raise NotImplementedError
+
+    @property
+    def moduli(self) -> dict[str, Quantity]:
+        """Young's moduli of the bodies, by their keys under ``[contact]``."""
+        return {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
+
+    def reduced_modulus(self, first: ArrayLike | None = None, second: ArrayLike | None = None) -> Column:
+        """Return E_c of 1/E_c = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, Pa.
+
+        Parameters
+        ----------
+        first, second
+            Young's moduli of the bodies, Pa, in the order of ``body_names``; left out, as stated in run.toml.
+        """
+        one, other = self.bodies.values()
+        return contact_modulus(
+            pin_modulus=one.youngs_modulus.value if first is None else first,
+            pin_ratio=one.poisson_ratio.value,
+            disc_modulus=other.youngs_modulus.value if second is None else second,
+            disc_ratio=other.poisson_ratio.value,
+        )
 
     @property
     def inputs(self) -> dict[str, Quantity]:
@@ -270,13 +295,13 @@ _MEASURED = (
 
 
 class _Called(NamedTuple):
-    """Where a text means a body by the name that it has in its family."""
+    """Pattern of the places in a text where a body has the name of its role."""
 
     key: re.Pattern[str]
     """Keys of what belongs to it."""
     body: re.Pattern[str]
     table: re.Pattern[str]
-    """Its table in run.toml."""
+    """Name of its table in run.toml."""
 
     @classmethod
     def by(cls, role: str) -> Self:
@@ -314,6 +339,8 @@ class SlidingPin(Contact):
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
+    track_key: ClassVar[str | None] = None
+    """Key of run.toml that determines the track radius; none if the conditions state it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -338,8 +365,7 @@ class SlidingPin(Contact):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Radius of the pin, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"pin.radius": self.pin.radius, **moduli}
+        return {"pin.radius": self.pin.radius, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:
@@ -348,7 +374,7 @@ class SlidingPin(Contact):
 
     @property
     def flat_end(self) -> float:
-        """Radius of the flat end of the pin before the test, m; 0 of a whole sphere."""
+        """Radius of the flat end of the pin before the test, m; 0 for a full sphere."""
         flat = self.pin.radius if self.pin.shape == "flat" else self.pin.flat_radius
         return 0.0 if flat is None else flat.value
 
@@ -372,19 +398,20 @@ class SlidingPin(Contact):
         if depth is not None and self.pin.shape != "flat" and depth.value >= radius.value:
             raise ValueError(
                 f"{where}.pin_wear_depth: found {depth.shown('um')}, not less than the pin radius of "
-                f"{radius.shown('um')}; expected a depth within the tip; check both units"
+                f"{radius.shown('um')}; expected a smaller wear depth; check both units"
             )
 
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
         if self.pin.shape == "flat":
             raise ValueError(
-                f"{key}: found one for a flat pin, whose contact does not grow; give pin_wear_depth instead"
+                f"{key}: found a scar size of a flat pin, whose contact area is constant; expected pin_wear_depth; "
+                "specify the wear depth instead"
             )
         diameter = 2 * self.pin.radius.value
         if scar.value >= diameter:
             raise ValueError(
-                f"{key}: found {scar.shown('um')}, not smaller than the pin's diameter of "
-                f"{show(diameter, None, 'm', 'um')}; expected a scar on the tip; check both units"
+                f"{key}: found {scar.shown('um')}, not less than the pin diameter of "
+                f"{show(diameter, None, 'm', 'um')}; expected a smaller scar; check both units"
             )
 
     def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
@@ -400,7 +427,8 @@ class SlidingPin(Contact):
     def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return a run.toml with its post-test measurements of both bodies under the names of a pin's and a disc's.
 
-        Raises ``ValueError`` where one of them is given by two names.
+        Adds the track radius if the bodies determine it. Raises ``ValueError`` where a measurement is given by two
+        names, or that track radius is stated as well.
         """
         ends = document.get("end_values")
         stops = document.get("interruptions")
@@ -412,11 +440,40 @@ class SlidingPin(Contact):
                 cls._in_roles(f"interruptions[{number}]", stop) if isinstance(stop, Mapping) else stop
                 for number, stop in enumerate(stops)
             ]
+        contact, conditions = document.get("contact"), document.get("conditions")
+        if isinstance(contact, Mapping) and isinstance(conditions, Mapping):
+            radius = cls.track_radius_of(contact)
+            if radius is not None and "track_radius" in conditions:
+                raise ValueError(
+                    f"conditions.track_radius: found a track radius in addition to {cls.track_key}, from which it is "
+                    f"computed; expected only {cls.track_key}; remove track_radius"
+                )
+            if radius is not None:
+                named["conditions"] = {**conditions, "track_radius": radius}
         return named
 
     @classmethod
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:  # noqa: ARG003
+        """Return the track radius that ``[contact]`` determines, so that rotations become distances.
+
+        Parameters
+        ----------
+        contact
+            ``[contact]`` as it is written.
+
+        Returns
+        -------
+        Any
+            The radius as written in run.toml, or a quantity; None if the conditions state it.
+        """
+        return None
+
+    @classmethod
     def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Return a run.toml with the contact's own names for post-test measurements of its bodies."""
+        """Return a run.toml as written: own names of the bodies, and no track radius that they determine."""
+        if cls.track_key is not None:
+            conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
+            document = document | {"conditions": conditions}
         if not cls._names():
             return document
         stops = document.get("interruptions") or ()
@@ -444,7 +501,9 @@ class SlidingPin(Contact):
         for key, name in names.items():
             other = next((one for one in names if one != key and names[one] == name), None)
             if other is not None:
-                raise ValueError(f"{where}.{key}: found it twice, once as {other}; expected it once; remove one")
+                raise ValueError(
+                    f"{where}.{key}: found the same key also as {other}; expected only one of the two; remove the other"
+                )
         return {names[key]: value for key, value in ends.items()}
 
     @classmethod
@@ -458,7 +517,7 @@ class SlidingPin(Contact):
 
     @classmethod
     def worded(cls, text: str) -> str:
-        """Return a text that speaks of a pin and a disc in the names of this contact."""
+        """Replace "pin" and "disc" in a text with the body names of this contact."""
         for role, own in cls._names().items():
             text = _CALLED[role].put(text, own)
         return text
@@ -470,14 +529,14 @@ def _with_ball_as_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(ball, Mapping):
         return contact
     if "pin" in contact:
-        raise ValueError("ball: found one in addition to pin; expected one of the two; remove the other")
+        raise ValueError("ball: found a ball in addition to a pin; expected only one of the two; remove the other")
     if "diameter" not in ball:
         raise ValueError('ball.diameter: missing; add diameter = "6 mm" or the like')
     for key in ("shape", "radius", "flat_radius"):
         if key in ball:
             raise ValueError(
-                f"ball.{key}: found one, which a ball does not need; expected only its diameter; remove {key}, or "
-                "write [contact.pin]"
+                f"ball.{key}: found a key that does not apply to a ball; expected diameter; remove {key}, or use "
+                "[contact.pin]"
             )
     try:
         radius = scaled(read_quantity(ball["diameter"], "length"), 0.5)

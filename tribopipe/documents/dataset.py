@@ -41,7 +41,7 @@ def orcid(text: str) -> str:
     if found[-1] != check:
         raise ValueError(
             f"found {text!r}, whose last digit is {found[-1]}, but the other digits require {check}; expected an ORCID "
-            "as orcid.org shows it; look for a mistyped digit"
+            "as shown on orcid.org; look for a mistyped digit"
         )
     return found
 
@@ -71,7 +71,8 @@ def spdx_licence(text: str) -> str:
         return str(canonicalize_license_expression(matched[1] if matched else ""))
     except InvalidLicenseExpression:
         raise ValueError(
-            f"found {text!r}; expected a license of spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or 'ODbL-1.0'"
+            f"found {text!r}; expected a license identifier from spdx.org/licenses, such as 'CC-BY-4.0', 'CC0-1.0' or "
+            "'ODbL-1.0'"
         ) from None
 
 
@@ -99,7 +100,7 @@ class Organisation(Record):
     name: _Line
     """Name as it writes itself."""
     ror: Ror | None = None
-    """Its link in the registry of research organisations, ror.org."""
+    """Link in the registry of research organizations, ror.org."""
 
 
 Institution = Annotated[Organisation, BeforeValidator(_by_name, json_schema_input_type=str | Organisation)]
@@ -115,7 +116,7 @@ class Person(Record):
     orcid: Orcid | None = None
     """ORCID, as digits or as a link."""
     affiliation: Institution | None = None
-    """Where they work."""
+    """Affiliations."""
     operator: tuple[_Line, ...] = ()
     """What run.toml calls them as operator, by which they are known as those who ran a test."""
 
@@ -129,9 +130,9 @@ class Apparatus(Record):
     """A tribometer, as far as run.toml does not determine it."""
 
     name: _Line
-    """Its name, as run.toml has it as instrument."""
+    """Name, as in the key instrument of run.toml."""
     manufacturer: _Line | None = None
-    """Who built it."""
+    """Manufacturer."""
     model: _Line | None = None
     """Type."""
     serial_number: _Line | None = None
@@ -141,10 +142,10 @@ class Apparatus(Record):
 
 
 class Funding(Record):
-    """Who paid."""
+    """Funder."""
 
     funder: Institution
-    """Who gave the grant."""
+    """Organization that awarded the grant."""
     award: _Line | None = None
     """Number of the grant."""
     title: _Line | None = None
@@ -168,9 +169,9 @@ class Dataset(Record):
     title: _Line | None = None
     """Title under which it is cited."""
     description: _Line | None = None
-    """What was done and why, in a few sentences."""
+    """Description of the work and its purpose, in a few sentences."""
     creators: tuple[Person, ...] = ()
-    """Who is to be cited, in order."""
+    """Authors, in the order of the citation."""
     licence: Licence | None = None
     """Under which others may use it, as spdx.org/licenses writes it: "CC-BY-4.0"."""
     keywords: tuple[_Line, ...] = ()
@@ -214,4 +215,4 @@ class Dataset(Record):
 
 
 NOTHING_SAID = Dataset(schema="tribopipe.dataset/1")
-"""What an export has where there is no dataset.toml."""
+"""Metadata of an export without dataset.toml."""

@@ -13,7 +13,6 @@ volume of π·d⁴/(32·R). Every place of the track of the top ball meets three
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import model_validator
@@ -50,6 +49,7 @@ class FourBall(SlidingPin):
     both: ClassVar[str] = "ball + top ball"
     title: ClassVar[str] = "a ball that rotates on three others"
     standard: ClassVar[str] = "d4172"
+    track_key: ClassVar[str | None] = "contact.ball.diameter"
     own_conditions: ClassVar[tuple[str, ...]] = ("weld_load",)
     like: ClassVar[Mapping[str, str]] = {"top_ball": "ball"}
     load_share: ClassVar[float] = 1 / math.sqrt(6)
@@ -91,8 +91,7 @@ class FourBall(SlidingPin):
     @property
     def inputs(self) -> dict[str, Quantity]:
         """Diameter of the balls, and the moduli, by their keys."""
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"ball.diameter": self.ball.diameter, **moduli}
+        return {"ball.diameter": self.ball.diameter, **self.moduli}
 
     @property
     def alike(self) -> dict[str, object]:
@@ -124,36 +123,17 @@ class FourBall(SlidingPin):
         if weld is not None and load.value >= weld.value:
             raise ValueError(
                 f"conditions.normal_load: found {load.shown('N')}, not less than the weld load of {weld.shown('N')}; "
-                "expected a load under which the balls slide; check both units"
+                "expected a load below the weld load, at which the balls slide; check both units"
             )
 
     @classmethod
-    def completed(cls, document: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Add the circle on which the balls touch, by which rotations become distances.
-
-        Raises ``ValueError`` where that circle is stated as well.
-        """
-        named = dict(super().completed(document))
-        contact, conditions = named.get("contact"), named.get("conditions")
-        if not isinstance(contact, Mapping) or not isinstance(contact.get("ball"), Mapping):
-            return named
-        if not isinstance(conditions, Mapping):
-            return named
-        if "track_radius" in conditions:
-            raise ValueError(
-                "conditions.track_radius: found one in addition to contact.ball.diameter, from which it follows; "
-                "expected the diameter alone; remove track_radius"
-            )
-        with suppress(UnitError, ValueError):
-            diameter = read_quantity(contact["ball"].get("diameter"), "length")
-            named["conditions"] = {**conditions, "track_radius": _circle(diameter)}
-        return named
-
-    @classmethod
-    def stated(cls, document: dict[str, Any]) -> dict[str, Any]:
-        """Take that circle out again."""
-        conditions = {name: value for name, value in document["conditions"].items() if name != "track_radius"}
-        return super().stated(document) | {"conditions": conditions}
+    def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:
+        """Return the radius of the circle on which the balls touch."""
+        ball = contact.get("ball")
+        try:
+            return _circle(read_quantity(ball.get("diameter"), "length")) if isinstance(ball, Mapping) else None
+        except (UnitError, ValueError):
+            return None  # the diameter itself is refused, with its key
 
 
 def _circle(diameter: Quantity) -> Quantity:

@@ -58,7 +58,7 @@ def _usable_as_file_name(identifier: str) -> str:
     if not _ID.fullmatch(identifier) or identifier.endswith("."):
         raise ValueError(
             f"found {identifier!r}; expected up to 100 letters, digits and . _ + -, starting with a "
-            "letter or digit, since the archive file is named after it"
+            "letter or digit, since the archive file is named after the id"
         )
     if identifier.split(".")[0].lower() in _WINDOWS_DEVICES:
         raise ValueError(f"found {identifier!r}, a device name on Windows; choose another id")
@@ -75,9 +75,11 @@ _MOST_ROTATIONS = 1e15
 def _a_count(written: Any) -> Any:
     number = isinstance(written, int | float) and not isinstance(written, bool)
     if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
-        raise ValueError(f"found {written!r}; expected a whole number of rotations, at least 1, such as 1000000 or 1e6")
+        raise ValueError(
+            f"found {written!r}; expected an integer number of rotations, at least 1, such as 1_000_000 or 1e6"
+        )
     if written > _MOST_ROTATIONS:
-        raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct it")
+        raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct the number")
     return float(written)
 
 
@@ -131,7 +133,7 @@ class Conditions(Record):
     rotations: Rotations | None = None
     """Planned rotations of the crowned disc."""
     medium: str | None = None
-    """What surrounds the contact: "air", "water"…"""
+    """Environment or lubricant of the contact: "air", "water"…"""
     temperature: Temperature | None = None
     """Room temperature."""
     relative_humidity: Percentage | None = None
@@ -177,14 +179,14 @@ class Conditions(Record):
         for one, other in (("stroke", "track_radius"), ("rotational_speed", "frequency")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(
-                    f"{one}: found it together with {other}; expected either circular sliding (track_radius, "
+                    f"{one}: found {one} in addition to {other}; expected either circular sliding (track_radius, "
                     "rotational_speed) or reciprocating sliding (stroke, frequency); remove what does not apply"
                 )
         return self
 
 
 class ColumnSource(Record):
-    """Where one signal stands in a file."""
+    """Position of one signal in a file."""
 
     column: str = Field(min_length=1)
     """Name of the column as the file's header writes it."""
@@ -205,7 +207,7 @@ def _inside_run_folder(name: str) -> str:
     path = PureWindowsPath(name)
     if not name.isprintable() or path.anchor or ".." in path.parts:
         raise ValueError(
-            f"found {name!r}; expected the name of a file in the run folder, since a run contains all its files; copy "
+            f"found {name!r}; expected a file in the run folder, since a run contains all its files; copy "
             "the file next to run.toml"
         )
     return name
@@ -237,7 +239,7 @@ class SignalFile(Record):
     encoding: str | None = None
     """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
     separator: str | None = None
-    """Column separator, where it should not be detected: ";", "\\t", or " " for runs of blanks."""
+    """Column separator, where it should not be detected: ";", "\\t", or " " for whitespace."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
     sheet: str | None = Field(default=None, min_length=1)
@@ -253,7 +255,7 @@ class SignalFile(Record):
     def _each_step_is_chosen_once(self) -> Self:
         twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"steps: found step {twice} twice; expected each once; remove one")
+            raise ValueError(f"steps: found step {twice} twice; expected each step once; remove one of the two")
         return self
 
     @model_validator(mode="after")
@@ -261,8 +263,7 @@ class SignalFile(Record):
         if (self.file is None) == (not self.files):
             raise ValueError(
                 f"found {'neither file nor files' if self.file is None else 'both file and files'}; expected one of "
-                'the two; write file = "test.csv", or files = ["test_1.csv", "test_2.csv"] for files that continue '
-                "each other"
+                'the two; write file = "test.csv", or files = ["test_1.csv", "test_2.csv"] for consecutive files'
             )
         return self
 
@@ -298,7 +299,7 @@ Profiles = Annotated[
 
 
 class EndValues(Record):
-    """What the profilometer or microscope stated after the test."""
+    """Post-test measurements with a profilometer, microscope or balance."""
 
     pin_wear_depth: MeasuredDepth | None = None
     """Wear height of the pin."""
@@ -357,8 +358,8 @@ class EndValues(Record):
         for body in ("pin", "disc", "curved_disc", "flat_disc"):
             if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
                 raise ValueError(
-                    f"{body}_wear_volume: found one together with {body}_profile, which gives the same; expected one "
-                    "of the two; remove the other"
+                    f"{body}_wear_volume: found a wear volume in addition to {body}_profile, from which it is "
+                    "computed; expected only one of the two; remove the other"
                 )
         return self
 
@@ -369,14 +370,14 @@ class EndValues(Record):
             twice = next((one.file for one, count in Counter(named).items() if count > 1), None)
             if twice is not None:
                 raise ValueError(
-                    f"{body}_profile: found the same profile of {twice!r} twice; expected each once, or it would count "
-                    "as a second measurement; remove one"
+                    f"{body}_profile: found the same profile of {twice!r} twice; expected each profile once, since a "
+                    "repeated profile would count as a second measurement; remove one of the two"
                 )
         return self
 
 
 class Interruption(EndValues):
-    """What was measured on the specimens where the test was interrupted."""
+    """Measurements on the specimens at an interruption of the test."""
 
     model_config = ConfigDict(
         json_schema_extra={"anyOf": [{"required": ["sliding_distance"]}, {"required": ["rotations"]}]}
@@ -397,7 +398,7 @@ class Interruption(EndValues):
 
 def _above_zero(scale: Quantity) -> Quantity:
     if not scale.value > 0:
-        raise ValueError(f"found {scale.value:g}; expected a scale above zero, about 1")
+        raise ValueError(f"found {scale.value:g}; expected a positive scale factor, about 1")
     return scale
 
 
@@ -426,7 +427,7 @@ class RunManifest(Record):
     title: str | None = None
     """One line about the run."""
     operator: str | None = None
-    """Who ran the test."""
+    """Operator of the test."""
     instrument: str | None = None
     """Name of the tribometer."""
     comment: str | None = None
@@ -438,9 +439,9 @@ class RunManifest(Record):
     signals: tuple[SignalFile, ...] = Field(min_length=1, max_length=100)
     """The instrument's files."""
     end_values: EndValues = EndValues()
-    """What was measured on the specimens afterwards."""
+    """Measurements on the specimens after the test."""
     interruptions: tuple[Interruption, ...] = ()
-    """What was measured on the specimens in between, in the order of the test."""
+    """Measurements on the specimens at interruptions, in the order of the test."""
     sensors: Sensors = Sensors()
     """Uncertainties of the sensors other than noise."""
 
@@ -484,8 +485,8 @@ class RunManifest(Record):
             )
             if foreign is not None:
                 raise ValueError(
-                    f"{where}.{foreign}: found one in a {self.contact.kind} run, which has no such key; expected one "
-                    f"of {', '.join(sorted(_own_keys(part, self.contact)))}; remove it, or correct contact.kind"
+                    f"{where}.{foreign}: found a key that does not apply to {self.contact.kind} runs; expected one of "
+                    f"{', '.join(sorted(_own_keys(part, self.contact)))}; remove the key, or correct contact.kind"
                 )
         self.contact.refuse_conditions(self.conditions)
         return self
@@ -495,7 +496,7 @@ class RunManifest(Record):
         named = Counter(name for part in self.signals for name in part.names)
         twice = next((name for name, count in named.items() if count > 1), None)
         if twice is not None:
-            raise ValueError(f"signals: found the file {twice!r} twice; expected each once; remove one")
+            raise ValueError(f"signals: found the file {twice!r} twice; expected each file once; remove one of the two")
         return self
 
     @model_validator(mode="after")
@@ -595,20 +596,22 @@ class RunManifest(Record):
         """The bodies of a run with a pin that slides. Raises ``ContactError`` for a run on another tribometer."""
         if isinstance(contact := self.described, SlidingPin):
             return contact
-        raise ContactError(f"{self.id}: found a {contact.kind} run; expected a pin on a disc; name another run")
+        raise ContactError(
+            f"{self.id}: found a {contact.kind} run; expected a run with a sliding pin; specify another run"
+        )
 
     @property
     def twin_disc(self) -> TwinDisc:
         """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
         if isinstance(contact := self.described, TwinDisc):
             return contact
-        raise ContactError(f"{self.id}: found a {contact.kind} run; expected twin discs; name another run")
+        raise ContactError(f"{self.id}: found a {contact.kind} run; expected a twin-disc run; specify another run")
 
 
 def _no_contact(run_id: str) -> ContactError:
     return ContactError(
-        f"{run_id}: found no [contact] in run.toml; expected the two bodies, without which wear cannot be computed; "
-        "add [contact], [contact.pin] and [contact.disc]"
+        f"{run_id}: found no [contact] in run.toml; expected the two bodies, which are needed to compute wear; add "
+        "[contact], [contact.pin] and [contact.disc]"
     )
 
 
@@ -654,8 +657,8 @@ def _refuse_unknown_kind(document: Any) -> None:
     if kind is not None:
         known = contacts()
         raise ValueError(
-            f"contact.kind: found {kind!r}; expected {', '.join(map(repr, known))}, or a kind that an installed "
-            f"package adds; {did_you_mean(kind, known)}"
+            f"contact.kind: found {kind!r}; expected {', '.join(map(repr, known))}, or a kind from an installed "
+            f"package; {did_you_mean(kind, known)}"
         )
 
 

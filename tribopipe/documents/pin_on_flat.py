@@ -35,7 +35,7 @@ class Reciprocating(SlidingPin):
 
     body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
     both: ClassVar[str] = "pin + flat"
-    title: ClassVar[str] = "a pin that slides there and back on a flat"
+    title: ClassVar[str] = "a pin reciprocating on a flat"
     standard: ClassVar[str] = "g133"
 
     def refuse_conditions(self, conditions: Any) -> None:
@@ -43,11 +43,13 @@ class Reciprocating(SlidingPin):
         turning = next((name for name in ("track_radius", "rotational_speed") if getattr(conditions, name)), None)
         if turning is not None:
             raise ValueError(
-                f"conditions.{turning}: found one in a reciprocating run; expected stroke and frequency; remove it, "
-                'or write kind = "pin-on-disc"'
+                f"conditions.{turning}: found a key of circular sliding in a reciprocating run; expected stroke and "
+                "frequency; "
+                'remove the key, or write kind = "pin-on-disc"'
             )
         if conditions.stroke is None:
             raise ValueError(
-                "conditions.stroke: missing; expected the length of one stroke, over which the flat wears; add "
+                "conditions.stroke: missing; expected the stroke length, which is the length of the wear track on the "
+                "flat; add "
                 'stroke = "10 mm" or the like'
             )

@@ -75,15 +75,15 @@ class Sensors(RecordingSensors):
     scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
     """Standard uncertainty of the scar diameter of a spherical pin, drawn once per run."""
     pin_end_value: Literal["pin_scar_diameter", "pin_wear_depth"] = "pin_scar_diameter"
-    """What is measured on a spherical pin after the test; on a flat one it is always the depth."""
+    """Measurement on a spherical pin after the test; on a flat pin, always the wear depth."""
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
     """Standard uncertainty of the height lost by a pin, drawn once per run where that is measured."""
     disc_volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.05, "1"))
     """Standard uncertainty of the counterbody's worn volume over that volume, drawn once per run where it has a k_D."""
 
 
-class VirtualRun(Record):
-    """One run of a series: load, the truth behind it, and the seed of its noise."""
+class AnyVirtualRun(Record):
+    """Keys that runs of any series have."""
 
     id: RunId
     """Name of the run and of its folder."""
@@ -91,18 +91,23 @@ class VirtualRun(Record):
     """Start of the virtual test."""
     seed: int = Field(ge=0)
     """Seed of every random draw of this run."""
+    friction: StatedFriction
+    """True friction, over the sliding or slip distance."""
+    zero_offset: Length
+    """Sensor reading before any wear."""
+    drift_rate: DriftRate
+    """Drift of the depth sensor."""
+
+
+class VirtualRun(AnyVirtualRun):
+    """One run of a series: load, the truth behind it, and the seed of its noise."""
+
     normal_load: Force
     """F_N."""
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
     disc_wear_coefficient: WearCoefficient | None = None
     """True k_D of the counterbody; where it is given, both bodies wear by volume, and its volume is measured."""
-    friction: StatedFriction
-    """True friction."""
-    zero_offset: Length
-    """Sensor reading before any wear."""
-    drift_rate: DriftRate
-    """Drift of the depth sensor."""
     disc_wear_depth: MeasuredDepth | None = None
     """Disc wear at the end of the run; left out where none could be measured."""
 
@@ -110,27 +115,32 @@ class VirtualRun(Record):
     def _the_counterbody_wears_in_one_way(self) -> Self:
         if self.disc_wear_coefficient is not None and self.disc_wear_depth is not None:
             raise ValueError(
-                "disc_wear_depth: found one in addition to disc_wear_coefficient, from which it follows; expected one "
-                "of the two; remove the other"
+                "disc_wear_depth: found a wear depth in addition to disc_wear_coefficient, from which it is computed; "
+                "expected only one of the two; remove the other"
             )
         return self
 
 
-class Series(Record):
-    """Runs of the same pair of materials on the same instrument."""
+class AnySeries(Record):
+    """Keys that series of any contact have."""
 
     title: str
     """One line about the series."""
     law: LawName = "archard"
     """Wear law of the truth."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters in addition to k_D."""
-    contact: AnySlidingPin
-    """The two bodies."""
+    """True parameters of the law in addition to k_D."""
     medium: str
     """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
     """True displacement over displacement read."""
+
+
+class Series(AnySeries):
+    """Runs of the same pair of materials on the same instrument."""
+
+    contact: AnySlidingPin
+    """The two bodies."""
     systematic_errors: bool = False
     """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once per run within their stated
     uncertainty, or are just what the manifest states."""
@@ -161,8 +171,9 @@ class Series(Record):
                 raise ValueError(first_problem(error, RunManifest)) from error
             if run.disc_wear_coefficient is not None and path is None:
                 raise ValueError(
-                    f"runs[{number}].disc_wear_coefficient: found one, but neither track_radius nor stroke in the "
-                    f"series; expected one of them, over which the {self.contact.counterbody_name()} wears; add "
+                    f"runs[{number}].disc_wear_coefficient: found a wear coefficient, but neither track_radius nor "
+                    "stroke in the series; expected one of the two, which gives the length of the wear track on the "
+                    f"{self.contact.counterbody_name()}; add "
                     'track_radius = "5 mm" or the like to the series'
                 )
         return self
@@ -180,7 +191,7 @@ class Series(Record):
 
 
 DiscEndValue = Literal["wear_depth", "track_width", "wear_volume"]
-"""What can be measured on a disc after the test."""
+"""Measurement on a disc after the test."""
 
 
 class TwinDiscSensors(RecordingSensors):
@@ -199,7 +210,7 @@ class TwinDiscSensors(RecordingSensors):
     friction_correlation_time: Time = Field(default_factory=lambda: _of(60.0, "s"))
     """Time over which the noise of friction forgets itself."""
     end_values: tuple[DiscEndValue, ...] = ("wear_volume",)
-    """What is measured on either disc after the test."""
+    """Measurement on either disc after the test."""
     volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.08, "1"))
     """Standard uncertainty of a disc's worn volume over that volume, drawn once per run and disc."""
     wear_depth_uncertainty: Length = Field(default_factory=lambda: _of(5e-8, "m"))
@@ -214,29 +225,23 @@ class Fatigue(Record):
     from_rotations: Rotations
     """Rotations after which it sets in."""
     factor: float = Field(gt=0)
-    """What both k_D are multiplied by from then on."""
+    """Factor by which both k_D are multiplied from then on."""
 
 
 def _discs_that_slip(slip: Quantity) -> Quantity:
     if slip.value == 0:
-        raise ValueError("found none; expected slip, since discs that only roll do not wear by sliding")
+        raise ValueError("found zero slip; expected a non-zero slip, since there is no sliding wear in pure rolling")
     if slip.value <= -1:
         raise ValueError(
-            f"found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc would stand still; "
-            "write (v2 - v1)/v1"
+            f"found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc does not rotate; enter "
+            "the slip as (v2 - v1)/v1"
         )
     return slip
 
 
-class TwinDiscVirtualRun(Record):
+class TwinDiscVirtualRun(AnyVirtualRun):
     """One run of two discs: slip, rotations, the truth behind it, and the seed of its noise."""
 
-    id: RunId
-    """Name of the run and of its folder."""
-    started: datetime
-    """Start of the virtual test."""
-    seed: int = Field(ge=0)
-    """Seed of every random draw of this run."""
     normal_load: Force | None = None
     """F_N; left out, that of the series."""
     slip: Annotated[Slip, AfterValidator(_discs_that_slip)]
@@ -248,41 +253,26 @@ class TwinDiscVirtualRun(Record):
     flat_wear_coefficient: WearCoefficient
     """True k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
-    """Where both k_D change; left out, they never do."""
-    friction: StatedFriction
-    """True friction, over the slip distance."""
-    zero_offset: Length
-    """Sensor reading before any wear."""
-    drift_rate: DriftRate
-    """Drift of the depth sensor."""
+    """Change of both k_D during the run; left out, they are constant."""
 
     @model_validator(mode="after")
     def _fatigue_sets_in_during_the_run(self) -> Self:
         if self.fatigue is not None and self.fatigue.from_rotations >= self.rotations:
             raise ValueError(
                 f"fatigue.from_rotations: found {self.fatigue.from_rotations:.0f} in a run of {self.rotations:.0f} "
-                "rotations; expected fewer, or it never sets in; correct it, or remove fatigue"
+                "rotations; expected fewer rotations than in the run, since fatigue would not start otherwise; correct "
+                "from_rotations, or remove fatigue"
             )
         return self
 
 
-class TwinDiscSeries(Record):
+class TwinDiscSeries(AnySeries):
     """Runs of the same pair of discs on the same instrument."""
 
-    title: str
-    """One line about the series."""
-    law: LawName = "archard"
-    """Wear law of the truth."""
-    law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
-    """Its true parameters in addition to k_D."""
     distance_per_rotation: DistanceConvention = "full-slip"
-    """What the truth counts as the distance that a point of a disc slides in one rotation."""
+    """Convention for the sliding distance of a point of a disc in one rotation, for the true wear."""
     contact: TwinDisc
     """The two discs."""
-    medium: str
-    """Environment or lubricant."""
-    depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
-    """True displacement over displacement read."""
     systematic_errors: bool = False
     """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once per run within their stated
     uncertainty, or are just what the manifest states. The counter of rotations counts right."""
@@ -316,7 +306,10 @@ class TwinDiscSeries(Record):
         """Return F_N of a run: its own, or that of the series."""
         load = run.normal_load or self.normal_load
         if load is None:
-            raise ContactError(f"{run.id}: found no normal_load in the run or its series; expected one; add it")
+            raise ContactError(
+                f"{run.id}: found no normal_load in the run or its series; expected a normal load in one of the two; "
+                "add normal_load"
+            )
         return load
 
     def manifest(self, run: TwinDiscVirtualRun, ends: Mapping[str, Quantity] = _NOTHING) -> RunManifest:
@@ -369,12 +362,14 @@ class Plan(Record):
             raise ValueError("series: missing; expected at least one series; add [[series]] or [[twin_disc_series]]")
         twice = [run_id for run_id, count in Counter(runs).items() if count > 1]
         if twice:
-            raise ValueError(f"found the run {twice[0]!r} twice; expected a unique id for each; rename one")
+            raise ValueError(
+                f"found the run {twice[0]!r} twice; expected a unique id for each run; rename one of the two"
+            )
         return self
 
 
 class Truth(Record):
-    """What a virtual run was made from; lies next to it as truth.json."""
+    """Input of a virtual run, written as truth.json in its folder."""
 
     schema_version: Literal["tribopipe.truth/1"] = Field(default="tribopipe.truth/1", alias="schema")
     """Version of this document."""
@@ -383,7 +378,7 @@ class Truth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters in addition to k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none if it has none."""
     wear_coefficient: WearCoefficient
     """k_D."""
     friction: StatedFriction
@@ -403,7 +398,7 @@ class Truth(Record):
 
 
 class TwinDiscTruth(Record):
-    """What a virtual run of two discs was made from; lies next to it as truth.json."""
+    """Input of a virtual run of two discs, written as truth.json in its folder."""
 
     schema_version: Literal["tribopipe.twin-disc-truth/1"] = Field(
         default="tribopipe.twin-disc-truth/1", alias="schema"
@@ -414,15 +409,15 @@ class TwinDiscTruth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Its parameters in addition to k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; none if it has none."""
     distance_per_rotation: DistanceConvention
-    """What counts as the distance that a point of a disc slides in one rotation."""
+    """Convention for the sliding distance of a point of a disc in one rotation."""
     curved_wear_coefficient: WearCoefficient
     """k_D of the crowned disc."""
     flat_wear_coefficient: WearCoefficient
     """k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
-    """Where both k_D changed."""
+    """Change of both k_D during the run."""
     friction: StatedFriction
     """Eq. 7, over the slip distance."""
     zero_offset: Quantity

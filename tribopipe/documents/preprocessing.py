@@ -15,7 +15,7 @@ TurnedSignal = Literal["depth", "normal_force", "friction_force", "friction_coef
 _Written = WithJsonSchema(
     {
         "anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}, {"type": "null"}],
-        "description": 'Of the signal\'s kind and with its unit: "80 degC", "-5 N"; a bare number for a ratio.',
+        "description": 'Quantity of the kind of the signal, with its unit: "80 degC", "-5 N"; a number for a ratio.',
     }
 )
 
@@ -34,15 +34,17 @@ class SignalLimits(Record):
     """Between which values a signal can be trusted."""
 
     lowest: Annotated[Quantity | None, _Written] = None
-    """What lies below is masked."""
+    """Lower limit; values below it are masked."""
     highest: Annotated[Quantity | None, _Written] = None
-    """What lies above is masked."""
+    """Upper limit; values above it are masked."""
 
     @model_validator(mode="after")
     def _something_lies_between(self) -> Self:
         low, high = self.lowest, self.highest
         if low is not None and high is not None and not low.value < high.value:
-            raise ValueError(f"lowest: found {low}, not below highest of {high}; expected a lower value; swap the two")
+            raise ValueError(
+                f"lowest: found {low}, not less than highest ({high}); expected a lower value; swap the two"
+            )
         return self
 
 
@@ -64,7 +66,7 @@ def _limits_of_signals(written: Any) -> Any:
 
 
 class Mask(Record):
-    """What a sensor cannot have seen becomes missing: impossible values, sentinels, what lies beyond limits."""
+    """Impossible values, sentinel values and values beyond limits become missing."""
 
     step: Literal["mask"] = "mask"
     """Name of the step."""
@@ -85,17 +87,20 @@ class TimeWindow(Record):
     @model_validator(mode="after")
     def _start_comes_first(self) -> Self:
         if not self.start.value < self.end.value:
-            raise ValueError(f"start: found {self.start}, not before end at {self.end}; expected an earlier start")
+            raise ValueError(
+                f"start: found {self.start}, not before end ({self.end}); expected an earlier start; correct one of "
+                "the two"
+            )
         return self
 
 
 class Zero(Record):
-    """What force sensors read while nothing touches is subtracted from their signals."""
+    """The reading of force sensors without contact is subtracted from their signals."""
 
     step: Literal["zero"] = "zero"
     """Name of the step."""
     windows: tuple[TimeWindow, ...] = ()
-    """When nothing touched; left out, the start and the end of the run where the measured load shows it."""
+    """Times without contact; left out, the start and the end of the run if the measured load shows no contact there."""
     signals: tuple[Literal["normal_force", "friction_force"], ...] = ("normal_force", "friction_force")
     """Signals to be zeroed."""
 
@@ -148,7 +153,10 @@ class TurnOver(Record):
     @model_validator(mode="after")
     def _something_is_turned(self) -> Self:
         if not self.signals:
-            raise ValueError('signals: found none; expected at least one, such as "depth"; or omit the step')
+            raise ValueError(
+                'signals: found no signals; expected at least one signal, such as "depth"; add a signal, or remove the '
+                "step"
+            )
         return self
 
 
@@ -167,7 +175,7 @@ class Despike(Record):
     @model_validator(mode="after")
     def _window_has_a_middle(self) -> Self:
         if self.window % 2 == 0:
-            raise ValueError(f"window: found {self.window}; expected an odd number of samples; add one")
+            raise ValueError(f"window: found {self.window}; expected an odd number of samples; add 1")
         return self
 
 
@@ -207,7 +215,7 @@ AUTOMATIC: tuple[CleaningStep, ...] = (
 
 
 class Change(Record):
-    """What one step did to one signal."""
+    """Effect of one step on one signal."""
 
     step: CleaningStepName
     """The step."""
@@ -216,13 +224,13 @@ class Change(Record):
     samples: int
     """Number of samples that it changed."""
     what: str
-    """What was done, in words."""
+    """Description of the change."""
     why: str
     """Why."""
     offset: Quantity | None = None
-    """What was subtracted, with its standard uncertainty where it is known."""
+    """Value that was subtracted, with its standard uncertainty if known."""
     factor: float | None = None
-    """What the signal was multiplied by."""
+    """Factor by which the signal was multiplied."""
     parts: int | None = None
     """Number of segments joined, or of strokes averaged."""
 
@@ -231,7 +239,7 @@ class Change(Record):
 
 
 class CleanUp(Record):
-    """What was done to a run's signals before anything was computed from them; raw signals stay as they were."""
+    """Preprocessing of a run's signals before the evaluation; raw signals are kept unchanged."""
 
     changes: tuple[Change, ...] = ()
     """Everything that was done, in order."""

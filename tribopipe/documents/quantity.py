@@ -18,7 +18,7 @@ _FEWEST_READINGS = 2
 _FEW_READINGS = {2: 12.706204736 / 1.959963985, 3: 4.302652730 / 1.959963985}
 """Student's t₀.₉₇₅ over that of a normal distribution, by the number of readings for which t has no variance."""
 _LEAST, _MOST = 1e-40, 1e40
-"""In SI: products of seven numbers in between are numbers still."""
+"""Smallest and largest magnitude, in SI units: products of seven such numbers are still finite."""
 _ROUNDING = 1e-14
 """Share of a mean by which equal readings may differ in binary."""
 
@@ -57,7 +57,7 @@ class Arithmetic:
 
 
 class Computed(Arithmetic):
-    """What arithmetic with quantities gives.
+    """Result of arithmetic with quantities.
 
     Quantities count as independent of each other, and each as the same as itself: ``q - q`` is exactly 0. What one fit
     found is not independent; its covariance is with the fit, such as ``WearFit.correlation``.
@@ -69,7 +69,7 @@ class Computed(Arithmetic):
 
     @property
     def value(self) -> float:
-        """In ``unit``."""
+        """Value in ``unit``."""
         return units.parts(self.uncertain)[0]
 
     @property
@@ -106,8 +106,8 @@ def _computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> An
 
 def _bare(unit: str) -> str:
     return (
-        f"found a quantity in {unit} used as a bare number; expected a quantity in SI, as functions require; use "
-        f".value for the number in {unit}"
+        f"found a quantity in {unit} used as a plain number; expected a quantity in SI units, which functions require; "
+        f"use .value for the number in {unit}"
     )
 
 
@@ -134,11 +134,11 @@ class Quantity(Record, Arithmetic):
     """A value in SI with its standard uncertainty (JCGM 100:2008, 2.3.1)."""
 
     value: float
-    """In ``unit``."""
+    """Value in ``unit``."""
     unit: str
     """SI unit: m, s, N, Pa, m/s, m^2/N, or 1 for a ratio."""
     standard_uncertainty: float | None = None
-    """In ``unit``; none where nobody stated one."""
+    """Standard uncertainty in ``unit``; none if it was not stated."""
 
     def __str__(self) -> str:
         return self.shown()
@@ -238,7 +238,7 @@ class EndValue(Quantity):
     """A quantity measured on a specimen after the test."""
 
     method: str | None = None
-    """How it was measured: "white-light", "stylus", "optical microscope"…"""
+    """Measurement method: "white-light", "stylus", "optical microscope"…"""
     readings: tuple[float, ...] | None = None
     """Single readings, in ``unit``, of which ``value`` is the mean; none where one value was given."""
 
@@ -286,15 +286,15 @@ def _read_value(written: Any, kind: str) -> dict[str, Any]:
     is_number = isinstance(written, int | float) and not isinstance(written, bool)
     if is_number and si == "1":
         return {"value": written, "unit": si}
-    found = f"the bare number {written!r}" if is_number else repr(written)
-    raise UnitError(f"found {found}; expected a text with its unit, such as {example!r}")
+    found = f"the number {written!r} without a unit" if is_number else repr(written)
+    raise UnitError(f"found {found}; expected a value with its unit, such as {example!r}")
 
 
 def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     if "value" not in written:
         raise UnitError(
-            f"found a table without 'value'; expected {{ value = "
-            f"{units.KINDS[kind].example!r}, standard_uncertainty = … }}"
+            "found a table without 'value'; expected "
+            f"{{ value = {units.KINDS[kind].example!r}, standard_uncertainty = … }}"
         )
     taken: dict[str, Any] = {**written, **_read_value(written["value"], kind)}
     spread = written.get("standard_uncertainty")
@@ -302,7 +302,7 @@ def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
         taken["standard_uncertainty"] = units.parse_interval(spread, kind, of=taken["value"])
     elif spread is not None and not (units.KINDS[kind].si == "1" and isinstance(spread, int | float)):
         raise UnitError(
-            f"found the bare standard_uncertainty {spread!r}; expected a text such as '2 %' or "
+            f"found standard_uncertainty = {spread!r} without a unit; expected a value such as '2 %' or "
             f"{units.KINDS[kind].example!r}"
         )
     return taken
@@ -312,11 +312,11 @@ def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Turn a table with several values of one quantity into their mean; what is stated is common to all of them."""
     readings, example = written["values"], units.KINDS[kind].example
     if "value" in written or "unit" in written:
-        raise UnitError("found 'values' together with a single value; expected one of the two; remove the other")
+        raise UnitError("found 'values' in addition to a single value; expected only one of the two; remove the other")
     if not isinstance(readings, list | tuple) or len(readings) < _FEWEST_READINGS:
         raise UnitError(
             f"found values = {readings!r}; expected at least {_FEWEST_READINGS} readings, such as [{example!r}, …]; "
-            "give a single one as value"
+            "enter a single reading as value"
         )
     single = [_read_value(reading, kind)["value"] for reading in readings]
     rest = {name: said for name, said in written.items() if name != "values"}
@@ -330,8 +330,8 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
         raise ValueError(
-            f"found the unit {quantity.unit!r} with a bare number; expected SI ({si!r}), or "
-            f"a text such as {units.KINDS[kind].example!r}"
+            f"found a number with the unit {quantity.unit!r}; expected the SI unit ({si!r}), or a value such as "
+            f"{units.KINDS[kind].example!r}"
         )
     readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
     for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
@@ -343,9 +343,9 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
     if positive and any(not value > 0 for value in (quantity.value, *readings)):
         least = min(quantity.value, *readings) if readings else quantity.value
         found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)
-        raise ValueError(f"found {found}; expected more than zero; check sign and value")
+        raise ValueError(f"found {found}; expected a positive value; check sign and value")
     if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:
-        raise ValueError("found a negative standard_uncertainty; expected zero or more")
+        raise ValueError("found a negative standard_uncertainty; expected zero or a positive value; remove the sign")
     return quantity
 
 
@@ -357,10 +357,10 @@ def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
         value.append({"type": "number"})
     table: dict[str, Any] = {
         "value": {"anyOf": value},
-        "unit": {"type": "string", "description": "Only with a bare number in SI."},
+        "unit": {"type": "string", "description": "SI unit of a value that is a plain number."},
         "standard_uncertainty": {
             "anyOf": [text, {"type": "number"}, {"type": "null"}],
-            "description": "Of the same unit, or a share of the value such as '1 %'.",
+            "description": "In the unit of the value, or as a percentage of the value, such as '1 %'.",
         },
     }
     if method:
@@ -433,7 +433,7 @@ def _has_unit(quantity: Quantity, *, unit: str) -> Quantity:
 
 
 Metres = Annotated[Quantity, *_found_in("m")]
-"""This and the next are of results, which are in SI from the start."""
+"""Type of results, as the following types: results are always in SI units."""
 Newtons = Annotated[Quantity, *_found_in("N")]
 Pascals = Annotated[Quantity, *_found_in("Pa")]
 CubicMetres = Annotated[Quantity, *_found_in("m^3")]

@@ -34,22 +34,25 @@ def _a_pattern(written: str) -> str:
             re.compile(written)
     except (re.error, OverflowError, RecursionError, Warning) as error:
         raise ValueError(
-            f"found {written!r}, which is not a regular expression ({error}); expected one such as '^Time'; put a "
-            "backslash before literal characters such as [ and ("
+            f"found {written!r}, which is not a regular expression ({error}); expected an expression such as '^Time'; "
+            "put a backslash before literal characters such as [ and ("
         ) from None
     return written
 
 
 def _a_unit(written: str) -> str:
     if not is_unit(written):
-        raise ValueError(f"found {written!r}, which is not a unit; expected one such as 'N', 'um' or 'V'; correct it")
+        raise ValueError(
+            f"found {written!r}, which is not a unit; expected a unit such as 'N', 'um' or 'V'; correct the unit"
+        )
     return written
 
 
 def _a_separator(written: str) -> str:
     if len(written) != 1 or not written.isascii() or written.isalnum() or written in '"+-.\r\n\0':
         raise ValueError(
-            f'found {written!r}; expected one character such as ";" or "\\t", or " " for runs of blanks; correct it'
+            f'found {written!r}; expected one character such as ";" or "\\t", or " " for whitespace; correct the '
+            "separator"
         )
     return written
 
@@ -65,20 +68,20 @@ Point = tuple[float, float]
 
 
 class Calibration(Record):
-    """What a sensor's reading stands for, as it was calibrated."""
+    """Calibration of a sensor: the quantity as a function of its reading."""
 
     reading: Unit
     """Unit of the reading, such as "V"."""
     unit: Unit
-    """Unit of what it stands for, such as "N"."""
+    """Unit of the calibrated quantity, such as "N"."""
     points: tuple[Point, ...] = ()
     """Pairs of reading and value, in any order; a straight line in between."""
     polynomial: tuple[float, ...] = Field(default=(), max_length=20)
-    """In the place of points: c₀, c₁, c₂… of c₀ + c₁x + c₂x² + … for the reading x."""
+    """Alternative to points: c₀, c₁, c₂… of c₀ + c₁x + c₂x² + … for the reading x."""
     range: Point | None = None
-    """Lowest and highest reading for which the polynomial holds."""
+    """Lowest and highest reading for which the polynomial is valid."""
     outside: Literal["error", "missing"] = "error"
-    """What readings outside the points or the range are: an error, or missing samples, counted in a note."""
+    """Treatment of readings outside the points or the range: an error, or missing samples, counted in a note."""
 
     @model_validator(mode="after")
     def _is_a_table_or_a_polynomial(self) -> Self:
@@ -89,8 +92,12 @@ class Calibration(Record):
                 "reading and value"
             )
         if bool(self.polynomial) != (self.range is not None):
-            found = "a polynomial without one" if self.polynomial else "it together with points, which define it"
-            raise ValueError(f"range: found {found}; expected the range of readings with a polynomial, such as [0, 10]")
+            found = (
+                "a polynomial without a range" if self.polynomial else "a range in addition to points, which define it"
+            )
+            raise ValueError(
+                f"range: found {found}; expected the range of readings for a polynomial only, such as [0, 10]"
+            )
         return self
 
     @model_validator(mode="after")
@@ -100,20 +107,20 @@ class Calibration(Record):
         if len(readings) == 1 or twice is not None:
             found = "one pair" if twice is None else f"the reading {twice:g} twice"
             raise ValueError(
-                f"points: found {found}; expected at least two pairs, each with a different reading; correct it"
+                f"points: found {found}; expected at least two pairs, each with a different reading; correct the points"
             )
         if self.range is not None and not self.range[0] < self.range[1]:
-            raise ValueError(f"range: found {list(self.range)}; expected the lowest reading and then the highest one")
+            raise ValueError(f"range: found {list(self.range)}; expected the lowest reading, then the highest reading")
         return self
 
 
 class DescribedColumn(Record):
-    """What one column of the file means."""
+    """Content of one column of the file."""
 
     signal: SignalName | None = None
-    """What was measured; left out, the column is kept without a meaning."""
+    """Measured signal; left out, the column is kept without a meaning."""
     axis: Literal["x", "y", "z"] | None = None
-    """Of a profile: x along the scan, y across scans, z the height, upwards out of the specimen."""
+    """Coordinate of a profile: x along the scan, y across scans, z the height, positive out of the specimen."""
     unit: Unit | None = None
     """Unit after scale and offset; overrides the unit in the file; needed if the file states none."""
     scale: float = 1.0
@@ -130,9 +137,9 @@ class Fact(Record):
     pattern: Pattern
     """Regular expression; what its first group matches is the value, or else the whole match."""
     unit: Unit | None = None
-    """Unit of the number, where the file writes none."""
+    """Unit of the number, if the file states none."""
     date: str | None = None
-    """How a date is written, by the signs of strftime: "%d.%m.%Y %H:%M"."""
+    """Format of a date in the codes of strftime: "%d.%m.%Y %H:%M"."""
 
 
 WrittenFact = Annotated[Fact, BeforeValidator(_a_pattern_alone, json_schema_input_type=str | Fact)]
@@ -146,27 +153,27 @@ class ReaderProfile(Record):
     name: Annotated[str, AfterValidator(_a_short_name)]
     """Short name of the format: "our-rig"."""
     title: str = Field(min_length=1)
-    """One line for people."""
+    """Title, one line."""
     holds: Literal["signals", "profile"] = "signals"
-    """What the files hold: signals of a test, or a profile measured afterwards."""
+    """Content of the files: signals of a test, or a profile measured after the test."""
     detect: Pattern | None = None
     """Found in one of the first lines of every file of this format, and of no other."""
     encoding: str | None = None
     """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
-    """Column separator: ";", "\\t", or " " for runs of blanks; needed wherever the place of the table is given."""
+    """Column separator: ";", "\\t", or " " for whitespace; needed wherever the place of the table is given."""
     decimal: Literal[".", ","] | None = None
     """Decimal sign, where it should not be detected."""
     starts_at: Pattern | None = None
-    """Found in the first line of the table: that of names, or of numbers where names are given here."""
+    """Found in the first line of the table: the header row, or the first data row if names are specified here."""
     header_lines: int | None = Field(default=None, ge=0, le=250)
-    """In the place of starts_at: how many lines stand above the first line of the table."""
+    """Number of lines above the first line of the table; an alternative to starts_at."""
     names: tuple[Annotated[str, Field(min_length=1)], ...] = ()
     """Names of the columns, where the file has none."""
     units_row: Literal["above", "below"] | None = None
-    """Where a row of units stands next to the row of names."""
+    """Whether a row of units is above or below the header row."""
     columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)
-    """Name of a column, as the file writes it with or without its unit → what it means."""
+    """Column name, as in the file, with or without its unit → what the column contains."""
     calibrations: dict[str, Calibration] = Field(default_factory=dict, max_length=100)
     """Calibrations by name."""
     facts: dict[str, WrittenFact] = Field(default_factory=dict, max_length=100)
@@ -180,15 +187,19 @@ class ReaderProfile(Record):
     @model_validator(mode="after")
     def _place_is_told_once_and_fully(self) -> Self:
         if self.starts_at is not None and self.header_lines is not None:
-            raise ValueError("header_lines: found it with starts_at; expected one of the two; remove the other")
+            raise ValueError(
+                "header_lines: found header_lines in addition to starts_at; expected only one of the two; remove the "
+                "other"
+            )
         if self.tells_place and self.separator is None:
             raise ValueError(
-                'separator: missing; expected one if the position of the table is given, such as ";"; add it'
+                "separator: missing; expected a column separator, since the position of the table is specified; add "
+                'separator = ";" or the like'
             )
         if self.units_row is not None and (self.names or not self.tells_place):
             raise ValueError(
-                "units_row: found it without the position of the row of names; expected it only with starts_at or "
-                "header_lines; give units under columns instead"
+                "units_row: found units_row without the position of the header row; expected units_row only with "
+                "starts_at or header_lines; specify units under columns instead"
             )
         return self
 
@@ -200,8 +211,9 @@ class ReaderProfile(Record):
             calibration = self.calibrations.get(column.calibration)
             if calibration is None:
                 raise ValueError(
-                    f"columns.{name}.calibration: found {column.calibration!r}, which is not among the calibrations; "
-                    f"expected one of them; {did_you_mean(column.calibration, self.calibrations)}"
+                    f"columns.{name}.calibration: found {column.calibration!r}, which is not defined under "
+                    "calibrations; expected a defined calibration; "
+                    f"{did_you_mean(column.calibration, self.calibrations)}"
                 )
             if column.unit not in (None, calibration.reading):
                 raise ValueError(
@@ -217,11 +229,11 @@ class ReaderProfile(Record):
             if column.signal is not None and taken.setdefault(column.signal, name) != name:
                 raise ValueError(
                     f"columns.{name}.signal: found {column.signal!r}, as for {taken[column.signal]!r}; expected each "
-                    "signal once; remove one"
+                    "signal once; remove one of the two"
                 )
             if self.names and name not in self.names:
                 raise ValueError(
-                    f"columns.{name}: found no such column among the names; {did_you_mean(name, self.names)}"
+                    f"columns.{name}: found a column that is not in names; {did_you_mean(name, self.names)}"
                 )
         return self
 
@@ -230,5 +242,5 @@ class ReaderProfile(Record):
         known = {*_TOP_FACTS, *(f"conditions.{name}" for name in Conditions.model_fields if name != "friction")}
         for key in self.facts:
             if key not in known and not _BODY_FACT.fullmatch(key):
-                raise ValueError(f"facts.{key}: found no such key of run.toml; {did_you_mean(key, known)}")
+                raise ValueError(f"facts.{key}: found a key that run.toml does not have; {did_you_mean(key, known)}")
         return self

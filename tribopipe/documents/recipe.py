@@ -17,7 +17,7 @@ FrictionSource = Literal["fitted", "measured"]
 
 
 class DriftRecipe(Record):
-    """How the drift of the depth sensor is found."""
+    """Settings of the drift correction."""
 
     window: float = Field(default=0.02, gt=0, lt=0.5)
     """Share of the sliding distance at either end from which two-step correction takes zero offset and end reading."""
@@ -32,16 +32,16 @@ class FrictionRecipe(Record):
     """Which part of the friction signal is fitted with Eq. 7."""
 
     start: Position | None = None
-    """Where the fit begins, "0 m" for the first sample; left out, the loading ramp is found and trimmed."""
+    """Start of the fit, "0 m" for the first sample; left out, the loading ramp is detected and excluded."""
     end: Position | None = None
-    """Where the fit ends; left out, at the end of the run."""
+    """End of the fit; left out, the end of the run."""
 
 
 Correction = Literal["model", "two-step"]
 
 
 class WearRecipe(Record):
-    """How the wear coefficient is identified."""
+    """Settings of the identification of the wear coefficient."""
 
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
@@ -99,7 +99,7 @@ class DefaultUncertainty(Record):
 
 
 class MonteCarloRecipe(Record):
-    """How distributions are propagated (JCGM 101:2008)."""
+    """Settings of the propagation of distributions (JCGM 101:2008)."""
 
     significant_digits: Literal[0, 1, 2] = 1
     """Digits of the standard uncertainty that must be stable when drawing ends (7.9.2); 0 stays at first order."""
@@ -120,7 +120,7 @@ def _mass(kilograms: float) -> Mass:
 
 
 class Recipe(Record):
-    """How runs are processed, from drift correction to prediction."""
+    """Settings of all steps of the evaluation, from drift correction to prediction."""
 
     schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
     """Version of this document."""
@@ -135,4 +135,4 @@ class Recipe(Record):
     uncertainty: DefaultUncertainty = DefaultUncertainty()
     """Standard uncertainties where the manifest states none."""
     monte_carlo: MonteCarloRecipe = MonteCarloRecipe()
-    """How distributions are propagated."""
+    """Settings of the propagation of distributions."""

@@ -27,7 +27,7 @@ class Laboratory(Record):
     address: _Text | None = None
     """Postal address, in as many lines as it takes."""
     location: _Text | None = None
-    """Where the tests were run, if elsewhere."""
+    """Place of the tests, if different from the laboratory."""
     contact: _Line | None = None
     """Telephone, e-mail or web address."""
     accreditation: _Line | None = None
@@ -53,7 +53,7 @@ class Samples(Record):
     description: _Text | None = None
     """Which specimens, and how each is identified."""
     received: date | None = None
-    """When they arrived."""
+    """Date of receipt."""
     condition: _Text | None = None
     """State in which they arrived."""
     sampling: _Text | None = None
@@ -148,7 +148,9 @@ def _picture(path: Path) -> tuple[bytes, str]:
     try:
         content = read_file(path)
     except OSError as error:
-        raise ManifestError(f"{path}: cannot be read ({error.strerror}); expected the logo; check lab.logo") from None
+        raise ManifestError(
+            f"{path}: cannot be read ({error.strerror}); expected a logo file; check lab.logo"
+        ) from None
     if len(content) > _LARGEST_LOGO:
         raise ManifestError(f"{path}: found a logo of {len(content):,} bytes; expected at most {_LARGEST_LOGO:,}")
     return content, kind

@@ -33,14 +33,14 @@ class Signal(NamedTuple):
 SIGNALS: dict[SignalName, Signal] = {
     "time": Signal("time", "time since the start of the test"),
     "rotations": Signal(
-        "count", "rotations of the (crowned) disc or ring, or cycles back and forth, since the start of the test"
+        "count", "rotations of the (crowned) disc or ring, or reciprocating cycles, since the start of the test"
     ),
     "sliding_distance": Signal("distance", "sliding distance since the start of the test"),
-    "sliding_speed": Signal("speed", "speed at which the two surfaces slide on each other"),
+    "sliding_speed": Signal("speed", "relative speed of the two surfaces"),
     "normal_force": Signal("force", "load pressing the two bodies together"),
     "friction_force": Signal("force", "force along the direction of sliding"),
     "friction_coefficient": Signal("ratio", "friction force over normal force"),
-    "depth": Signal("length", "reading of the displacement sensor: wear of both bodies, offset and drift"),
+    "depth": Signal("length", "signal of the displacement sensor: wear of both bodies, offset and drift"),
     "temperature": Signal("temperature", "temperature at the test rig"),
     "relative_humidity": Signal("percentage", "relative humidity at the test rig"),
 }

@@ -1,4 +1,4 @@
-"""How two discs slip on each other."""
+"""Slip of two discs."""
 
 import math
 

@@ -60,12 +60,12 @@ class Study(Record):
         for name, listed in (("fit", self.fit), ("predict", self.predict), ("laws", self.laws)):
             twice = [one for one, count in Counter(listed).items() if count > 1]
             if twice:
-                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each once; remove one")
+                raise ValueError(f"{name}: found {twice[0]!r} twice; expected each entry once; remove one of the two")
         both = sorted(set(self.fit) & set(self.predict))
         if both:
             raise ValueError(
-                f"predict: found {both[0]!r}, which is also in fit; expected runs that do not identify k_D, since "
-                "otherwise the prediction would not be independent; remove it from one of the two"
+                f"predict: found {both[0]!r}, which is also in fit; expected runs that are not in fit, for an "
+                "independent prediction; remove the run from one of the two"
             )
         return self
 
@@ -78,7 +78,7 @@ def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
             if mine != theirs:
                 raise FitError(
                     f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
-                    "materials and environment for one k_D; remove one of them from the study"
+                    "materials and environment for one k_D; remove one of the two runs from the study"
                 )
 
 

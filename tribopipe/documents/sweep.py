@@ -41,11 +41,12 @@ class Predictions(Record):
     @model_validator(mode="after")
     def _one_run(self) -> Self:
         if (self.run is None) == (self.folder is None):
-            found = "neither run nor folder" if self.run is None else "run and folder"
-            raise ValueError(f"found {found}; expected one of them; name an archived run, or a run folder")
+            found = "neither run nor folder" if self.run is None else "both run and folder"
+            raise ValueError(f"found {found}; expected one of the two; specify an archived run or a run folder")
         if self.folder is not None and self.wear_coefficient is None:
             raise ValueError(
-                "wear_coefficient: missing; expected one, since a run folder has none; add this key, such as "
+                "wear_coefficient: missing; expected a wear coefficient, since a run folder contains none; add this "
+                "key, such as "
                 'wear_coefficient = "13.5e-9 mm^3/(N*mm)"'
             )
         return self
@@ -62,7 +63,7 @@ class VirtualTests(Record):
     runs: tuple[RunId, ...] = ()
     """Runs of the plan that are repeated; left out, all of them."""
     within: Percentage | None = None
-    """How far from the true k_D a test may end; how many do is counted."""
+    """Largest deviation from the true k_D; the tests within it are counted."""
 
 
 class Uniform(Record):
@@ -83,7 +84,7 @@ class Normal(Record):
 
 Drawn = Uniform | Normal
 Values: TypeAlias = Drawn | tuple[Any, ...]
-"""What a key is varied over: all values of a list, or a distribution to draw from."""
+"""Values of a varied key: a list, or a distribution."""
 
 
 def _by_path(written: Any) -> Any:
@@ -105,14 +106,15 @@ def _read_drawn(path: str, written: Mapping[str, Any]) -> Drawn:
     known = {"uniform"} if "uniform" in written else {"normal", "standard_uncertainty"}
     if set(written) != known:
         raise ValueError(
-            f"{path}: found a table of {', '.join(map(written_key, written))}; expected {{ uniform = [least, greatest] "
-            "} or { normal = mean, standard_uncertainty = deviation }; correct it"
+            f"{path}: found a table of {', '.join(map(written_key, written))}; expected "
+            f"{{ uniform = [minimum, maximum] }} or {{ normal = mean, standard_uncertainty = deviation }}; correct the "
+            "table"
         )
     if "normal" in written:
         return Normal.model_validate(written)
     ends = written["uniform"]
     if not isinstance(ends, list | tuple) or len(ends) != len(("least", "greatest")):
-        raise ValueError(f"{path}: found uniform = {shortened(repr(ends))}; expected [least, greatest]; give both")
+        raise ValueError(f"{path}: found uniform = {shortened(repr(ends))}; expected [minimum, maximum]; enter both")
     return Uniform.model_validate(written)
 
 
@@ -120,11 +122,11 @@ def _read_listed(path: str, written: Any) -> tuple[Any, ...]:
     if not isinstance(written, list | tuple) or not written:
         raise ValueError(
             f"{path}: found {shortened(repr(written))}; expected a list of values, or a distribution such as "
-            '{ uniform = ["180 mN", "220 mN"] }; put it in brackets'
+            '{ uniform = ["180 mN", "220 mN"] }; put the value in brackets'
         )
     twice = [one for one, count in Counter(map(repr, written)).items() if count > 1]
     if twice:
-        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; remove one")
+        raise ValueError(f"{path}: found {shortened(twice[0])} twice; expected each value once; remove one of the two")
     return tuple(written)
 
 
@@ -140,15 +142,15 @@ class Sweep(Record):
     title: str | None = None
     """One line about the sweep."""
     choices: Choices | None = None
-    """How much k_D depends on choices of evaluation."""
+    """Sensitivity of k_D to choices of evaluation."""
     predictions: Predictions | None = None
-    """How wear and life depend on conditions."""
+    """Dependence of wear and life on conditions."""
     virtual_tests: VirtualTests | None = None
-    """How well tests would find k_D, and how often their intervals hold it."""
+    """Accuracy of k_D from virtual tests, and coverage of its intervals."""
     vary: Vary = Field(default_factory=dict)
     """Documents as they are written, with a list of values, or a distribution, in the place of a value."""
     repeats: int | None = Field(default=None, ge=1)
-    """How often each combination is done: with values drawn again, or as another virtual test."""
+    """Number of repeats of each combination, with new random values, or as another virtual test."""
     seed: int = Field(default=1, ge=0)
     """Seed of all that is drawn."""
 
@@ -177,12 +179,12 @@ class Sweep(Record):
     def _repeats_what_is_drawn(self) -> Self:
         if self.draws and self.repeats is None:
             raise ValueError(
-                "repeats: missing; expected the number of repeats of each combination, since values are drawn; add "
+                "repeats: missing; expected the number of repeats of each combination, since values are random; add "
                 "this key, such as repeats = 100"
             )
         if not self.draws and self.repeats is not None:
             raise ValueError(
-                f"repeats: found {self.repeats}, although no value is drawn and all repeats would be identical; "
-                "expected none; remove it, or draw a value"
+                f"repeats: found {self.repeats}, although no value is random and all repeats would be identical; "
+                "expected no repeats; remove repeats, or specify a distribution"
             )
         return self

@@ -13,7 +13,6 @@ from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.toml import parse_toml, read_bytes
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 
-TEMPLATE_SCHEMA = "tribopipe.template/1"
 _OF_ONE_RUN = ("id", "started", "interruptions")
 _SECTIONS = ("schema_version", "contact", "conditions", "signals", "end_values", "sensors")
 

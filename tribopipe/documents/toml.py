@@ -1,4 +1,4 @@
-"""TOML documents read from files: whole and sensible ones, in bounded time and memory."""
+"""TOML documents read from files, with limits on size and depth, in bounded time and memory."""
 
 import json
 import re
@@ -14,7 +14,7 @@ _MOST_BYTES = 1 << 20
 _MOST_VALUES = 100_000
 _MOST_LEVELS = 20
 _MOST_BITS = 63
-"""Of a whole number with its sign, as TOML 1.0 wants it."""
+"""Largest number of bits of an integer, without its sign, as in TOML 1.0."""
 _PART_OF_KEY = r"""(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_\\-])(?:{_PART_OF_KEY}[ \t]*\.[ \t]*){{{_MOST_LEVELS}}}")
 """tomllib takes time and memory by the square of the parts of a dotted key: 10 000 of them need gigabytes."""
@@ -24,18 +24,17 @@ def read_bytes(path: Path) -> bytes:
     """Read a document's bytes; ``ManifestError`` where there is no such file, or one too large for a document."""
     try:
         if path.is_dir():
-            raise ManifestError(f"{path}: found a folder; expected a TOML file; name the file itself")
+            raise ManifestError(f"{path}: found a folder; expected a TOML file; specify the file itself")
         if (size := path.stat().st_size) > _MOST_BYTES:
             raise ManifestError(
-                f"{path}: found {size} bytes; expected at most {_MOST_BYTES}, since documents are written by hand; "
-                "name a "
-                "TOML file, and keep signals in separate files"
+                f"{path}: found {size:,} bytes; expected at most {_MOST_BYTES:,}, since documents are written by hand; "
+                "specify a TOML file, and keep signals in separate files"
             )
         return read_file(path)
     except FileNotFoundError:
-        raise ManifestError(f"{path}: no such file; expected a TOML file there; check the path") from None
+        raise ManifestError(f"{path}: no such file; expected an existing TOML file; check the path") from None
     except OSError as error:
-        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check it and its permissions") from None
+        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check the file and its permissions") from None
 
 
 def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
@@ -64,13 +63,21 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
 def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
     for count, (level, key, value) in enumerate(_values(document)):
         if count > _MOST_VALUES:
-            raise ManifestError(f"{path}: found more than {_MOST_VALUES} values; expected fewer; remove some")
+            raise ManifestError(
+                f"{path}: found more than {_MOST_VALUES:,} values; expected fewer values; remove some values"
+            )
         if level > _MOST_LEVELS:
-            raise ManifestError(f"{path}: {key}: found over {_MOST_LEVELS} levels; expected fewer; correct that key")
+            raise ManifestError(
+                f"{path}: {key}: found more than {_MOST_LEVELS} nesting levels; expected fewer levels; correct that key"
+            )
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
-            raise ManifestError(f"{path}: {key}: found a whole number of more than 64 bits; expected less; correct it")
+            raise ManifestError(
+                f"{path}: {key}: found an integer of more than 64 bits; expected a smaller integer; correct the number"
+            )
         if isinstance(value, str) and "\0" in value:
-            raise ManifestError(f"{path}: {key}: found a zero byte (\\u0000) in a text; expected none; remove it")
+            raise ManifestError(
+                f"{path}: {key}: found a null character (\\u0000) in a string; expected no null characters; remove it"
+            )
 
 
 def _values(document: dict[str, Any]) -> Iterator[tuple[int, str, Any]]:

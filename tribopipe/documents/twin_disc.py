@@ -9,7 +9,7 @@ from tribopipe.documents.quantity import Length, Quantity
 
 DiscName = Literal["curved_disc", "flat_disc"]
 DISCS: tuple[DiscName, DiscName] = ("curved_disc", "flat_disc")
-"""In the order of k₁ and k₂."""
+"""Names of the discs, in the order of k₁ and k₂."""
 
 
 class CurvedDisc(Specimen):
@@ -51,7 +51,7 @@ class TwinDisc(Contact):
     both: ClassVar[str] = "both discs"
     body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc", "flat_disc": "cylindrical disc"}
     slid: ClassVar[str] = "slip distance"
-    title: ClassVar[str] = "two discs that roll on each other and slip"
+    title: ClassVar[str] = "two discs in rolling-sliding contact"
 
     @property
     def travel(self) -> float:
@@ -66,8 +66,7 @@ class TwinDisc(Contact):
     def inputs(self) -> dict[str, Quantity]:
         """Radii and moduli of the discs, by their keys."""
         radii = {f"{name}.rolling_radius": getattr(self, name).rolling_radius for name in self.body_names}
-        moduli = {f"{name}.youngs_modulus": body.youngs_modulus for name, body in self.bodies.items()}
-        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **moduli}
+        return {"curved_disc.crown_radius": self.curved_disc.crown_radius, **radii, **self.moduli}
 
     @property
     def unworn_radii(self) -> tuple[float, float]:
@@ -105,19 +104,19 @@ class TwinDisc(Contact):
             )
         if slip is not None and flat is not None:
             raise ValueError(
-                "conditions.slip: found it together with flat_disc_speed, which is equivalent; expected one of the "
-                "two; remove the other"
+                "conditions.slip: found slip in addition to flat_disc_speed, which is equivalent; expected only one of "
+                "the two; remove the other"
             )
         equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
         if equal or (slip is not None and slip.value == 0):
             raise ValueError(
-                "conditions.slip: found none, both discs at the same speed; expected slip, since discs that only roll "
-                "do not wear by sliding; check both speeds"
+                "conditions.slip: found zero slip, both discs at the same speed; expected a non-zero slip, since there "
+                "is no sliding wear in pure rolling; check both speeds"
             )
         if slip is not None and slip.value <= -1:
             raise ValueError(
                 f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc "
-                "would stand still; write (v2 - v1)/v1"
+                "does not rotate; enter the slip as (v2 - v1)/v1"
             )
 
     def refuse_wear(self, where: str, measured: Any) -> None:
@@ -128,15 +127,15 @@ class TwinDisc(Contact):
             if depth is not None and depth.value >= crown.value:
                 raise ValueError(
                     f"{where}.{name}_wear_depth: found {depth.shown('um')}, not less than the crown radius of "
-                    f"{crown.shown('mm')}; expected wear within the crown; check both units"
+                    f"{crown.shown('mm')}; expected a smaller wear depth; check both units"
                 )
             if width is not None and width.value >= 2 * crown.value:
                 raise ValueError(
                     f"{where}.{name}_track_width: found {width.shown('mm')}, not less than twice the crown radius of "
-                    f"{crown.shown('mm')}; expected a track on the crown; check both units"
+                    f"{crown.shown('mm')}; expected a narrower wear track; check both units"
                 )
             if width is not None and disc.width is not None and width.value > disc.width.value:
                 raise ValueError(
-                    f"{where}.{name}_track_width: found {width.shown('mm')} on a disc {disc.width.shown('mm')} wide; "
-                    "expected a track within the disc; check both units"
+                    f"{where}.{name}_track_width: found {width.shown('mm')}, more than the disc width of "
+                    f"{disc.width.shown('mm')}; expected a narrower wear track; check both units"
                 )

@@ -1,4 +1,4 @@
-"""How much independent information correlated samples hold, and what parameters fitted to them are uncertain by.
+"""Effective number of independent samples, and uncertainty of parameters fitted to correlated samples.
 
 Parameters of least squares have their covariance under noise that is white over short stretches and wanders over long
 ones.

@@ -30,7 +30,7 @@ _ON_COURSE = 0.75
 
 @dataclass(frozen=True)
 class Segments:
-    """Where an axis restarts."""
+    """Restart of an axis."""
 
     starts: tuple[int, ...] = ()
     """Number of the first sample of each segment but the first; none where the axis falls back otherwise, too."""

@@ -5,15 +5,15 @@ from typing import Literal
 LAW_GROUP = "tribopipe.laws"
 """Group of entry points that declare wear laws."""
 LAW_PATTERN = "(?!(.*_)?disc$)[a-z][a-z0-9_]*"
-"""What names of wear laws look like."""
+"""Pattern of the names of wear laws."""
 WearEngine = Literal["giwm", "volume", "local"]
 """How the depth of a pin follows from its worn volume: under uniform pressure and elastic approach, as the GIWM has
 it; by
 its shape alone, so that k_D·F_N·s is the volume missing from its shape; or by the local contact pressure."""
 DistanceConvention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
-"""What counts as the distance that a point of a disc slides in one rotation (tribopipe.physics.twin_disc)."""
+"""Convention for the sliding distance of a point of a disc in one rotation (tribopipe.physics.twin_disc)."""
 Engine = Literal["rings", "half-space", "fe"]
-"""How the contact is solved: round, as a half space under rectangles, or by finite elements."""
+"""Contact solvers: rings, a half space under rectangles, or finite elements."""
 Scheme = Literal["implicit", "explicit"]
 Course = Literal["implicit", "explicit", "economy"]
 """A scheme that solves the contact at each step, or UMESHMOTION's correction (tribopipe.physics.local.economy)."""

@@ -54,14 +54,14 @@ class Discs:
             if not np.all((value > least) & np.isfinite(value)):
                 raise ContactError(
                     f"contact: found a {name} of {show(float(np.min(value)), None, unit)}; expected more than "
-                    f"{least:g}, or the discs do not touch and roll; check load, radii, moduli and slip"
+                    f"{least:g}, for discs in rolling contact; check load, radii, moduli and slip"
                 )
         load, crown, *_ = self.inputs
         if not np.all(self.start_height < self.largest_height):
             raise ContactError(
                 f"contact: found a load of {show(float(np.max(load)), None, 'N')} on a crown of radius "
-                f"{show(float(np.min(crown)), None, 'm', 'mm')}, whose elastic contact is as large as the crown; "
-                "expected a contact much smaller than that; check load, crown radius and moduli"
+                f"{show(float(np.min(crown)), None, 'm', 'mm')}, with an elastic contact as large as the crown; "
+                "expected a contact much smaller than the crown; check load, crown radius and moduli"
             )
 
     @cached_property

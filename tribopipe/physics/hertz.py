@@ -44,7 +44,7 @@ class HertzEllipse:
     peak_pressure: float
     """p₀ = 3F_N/(2π·a_x·a_z), Pa."""
     approach: float
-    """How far remote points of the bodies come closer, m."""
+    """Approach of remote points of the bodies, m."""
 
     @property
     def mean_pressure(self) -> float:
@@ -69,12 +69,17 @@ def hertz_ellipse(*, normal_load: float, radius_x: float, radius_z: float, modul
     from scipy.optimize import brentq
     from scipy.special import elliprd, elliprf
 
-    given = {"a load": normal_load, "a radius across": radius_x, "a radius along": radius_z, "a modulus": modulus}
+    given = {
+        "a load": normal_load,
+        "a radius of curvature in x": radius_x,
+        "a radius of curvature in z": radius_z,
+        "a modulus": modulus,
+    }
     for what, value in given.items():
         if not (value > 0 and math.isfinite(value)):
             raise ContactError(
-                f"contact: found {what} of {show(value, None, '1')}; expected more than zero, or the bodies do not "
-                "touch; check load, radii and moduli"
+                f"contact: found {what} of {show(value, None, '1')}; expected a positive value; check load, radii and "
+                "moduli"
             )
     wanted = math.log(radius_x / radius_z)
 

@@ -28,7 +28,7 @@ Role = Literal[
     "friction_force",
     "friction_coefficient",
 ]
-"""What a quantity is; all in SI, so that the rotational speed is in rad/s."""
+"""Kinds of quantities; all in SI, so that the rotational speed is in rad/s."""
 _GROWING: tuple[Role, ...] = ("time", "sliding_distance", "rotations")
 _STANDARD_GRAVITY = 9.80665
 _ON = 0.2
@@ -37,7 +37,7 @@ _ON = 0.2
 
 @dataclass(frozen=True)
 class Identity:
-    """The product on the left, times the factor, is the product on the right."""
+    """Identity: the product on the left, times the factor, equals the product on the right."""
 
     formula: str
     left: tuple[Role, ...]

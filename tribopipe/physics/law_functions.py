@@ -31,7 +31,7 @@ from tribopipe.physics.laws import LawParameter, WearLaw, add_law
 
 _FRICTION = "friction"
 _RANGE = 100.0
-"""How many times more or less than its default a parameter may be."""
+"""Range of a parameter, as a factor of its default."""
 _KNOWN: "WeakKeyDictionary[Callable[..., Any], str]" = WeakKeyDictionary()
 _TAKEN: set[str] = set()
 
@@ -116,14 +116,15 @@ def _parameter(title: str, one: inspect.Parameter) -> tuple[LawParameter, float]
     start, said = one.default, one.annotation
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise FitError(
-            f"{title}: found the argument {one.name!r} without a start value; expected one; write {one.name}=1.0"
+            f"{title}: found the argument {one.name!r} without a start value; expected a start value; write "
+            f"{one.name}=1.0"
         )
     if isinstance(said, LawParameter):
         return said, float(start)
     if not start > 0:
         raise FitError(
-            f"{title}: found {one.name} = {start:g} as start value; expected a number above zero, or bounds for the "
-            f"fit; annotate it: {one.name}: "
+            f"{title}: found {one.name} = {start:g} as start value; expected a positive number, or bounds for the fit; "
+            f"annotate the argument: {one.name}: "
             'LawParameter("…", "ratio", low=…, high=…)'
         )
     kind = _kind(title, one)
@@ -142,7 +143,8 @@ def _kind(title: str, one: inspect.Parameter) -> str:
     if not kinds:
         known = ", ".join(dict.fromkeys(kind.si for kind in KINDS.values()))
         raise FitError(
-            f"{title}: found {said!r} as the unit of {one.name}; expected an SI unit: {known}; annotate it with one"
+            f"{title}: found {said!r} as the unit of {one.name}; expected an SI unit: {known}; annotate the argument "
+            "with an SI unit"
         )
     return "distance" if "distance" in kinds else kinds[0]
 
@@ -179,5 +181,5 @@ def _try(title: str, law: WearLaw) -> None:
         if found.shape != shape or not np.all(np.isfinite(found)):
             raise FitError(
                 f"{title}: found {np.array2string(found, threshold=6)} at {s.tolist()} m; expected one finite factor "
-                "at each distance; check what it returns, also at 0 m"
+                "at each distance; check the values that the function returns, also at 0 m"
             )

@@ -89,13 +89,13 @@ class WearLaw(ABC):
     """
 
     name: ClassVar[str]
-    """In commands, recipes and results: small letters, digits and _."""
+    """Name in commands, recipes and results: lowercase letters, digits and _."""
     title: ClassVar[str]
-    """What it is called within a sentence, such as "Archard's law"."""
+    """Title within a sentence, such as "Archard's law"."""
     rate: ClassVar[str]
     """dh/ds as one would write it down."""
     citation: ClassVar[str]
-    """Where it was published."""
+    """Reference."""
     needs_friction: ClassVar[bool] = False
     """Whether μ enters."""
 
@@ -191,7 +191,7 @@ class Sarkar(WearLaw):
 def _given(friction: FrictionPath | None) -> FrictionPath:
     if friction is None:
         raise FitError(
-            "Sarkar's law: found no friction coefficient; expected μ(s), fitted or given; give it with "
+            "Sarkar's law: found no friction coefficient; expected μ(s), fitted or specified; specify μ(s) with "
             '--friction "A=0.2 b=0.4 c=50 m", or use Archard\'s law'
         )
     return friction
@@ -207,11 +207,11 @@ def _made(entry: EntryPoint) -> WearLaw:
 
 
 LAWS: Mapping[str, WearLaw] = Plugins(LAW_GROUP, "wear law", _made, attrgetter("name"))
-"""Those installed, by name, each with the parameters that a fit starts from."""
+"""Installed laws by name, each with the start values of its parameters."""
 
 
 _OF_SESSION: dict[str, WearLaw] = {}
-"""Those made of functions in this process, which no command and no archive knows."""
+"""Laws made from functions in this process, unavailable to commands and archives."""
 
 
 def add_law(law: WearLaw) -> None:
@@ -225,8 +225,8 @@ def law_named(name: str) -> WearLaw:
         return _OF_SESSION[name]
     if name not in LAWS and name in names(LAW_GROUP):
         raise FitError(
-            f"found the wear law {name!r}, which cannot be loaded; expected one that can; see the warning for the "
-            "reason, and repair or reinstall its package"
+            f"found the wear law {name!r}, which cannot be loaded; expected a wear law that can be loaded; see the "
+            "warning for the reason, and repair or reinstall its package"
         )
     if name not in LAWS:
         raise FitError(not_installed(LAW_GROUP, "wear law", name))
@@ -242,7 +242,7 @@ def law_package(name: str) -> str | None:
 def law_title(name: str) -> str:
     """Return what a law is called within a sentence, installed here or not."""
     known = _OF_SESSION.get(name) or LAWS.get(name)
-    return known.title if known is not None else f"the law {name}, which is not installed here"
+    return known.title if known is not None else f"the law {name}, which is not installed"
 
 
 def law_heading(name: str) -> str:

@@ -124,7 +124,7 @@ class SphericalPin:
     for is the growth d = cap(a) − cap(a*), in which nothing cancels however small the wear.
 
     A truncated sphere, with a flat of radius a₀ before the test, is as if the sphere had worn so far: by the cap's
-    height c₀ = cap(a₀). So it goes on along the curve of the whole sphere, h_s(v), from there:
+    height c₀ = cap(a₀). So it goes on along the curve of the full sphere, h_s(v), from there:
 
         h(v) = h_s(v₀ + v) − h_s(v₀)    with    h_s(v₀) = c₀
 
@@ -146,7 +146,7 @@ class SphericalPin:
         if np.any(load / (2 * modulus) >= radius * (radius - self._missing_height)):
             raise ContactError(
                 f"contact: found a load of {show(np.max(load), None, 'N')} on a tip of radius "
-                f"{show(np.min(radius), None, 'm', 'mm')}, whose elastic contact is as large as the tip; expected a "
+                f"{show(np.min(radius), None, 'm', 'mm')}, with an elastic contact as large as the tip; expected a "
                 "contact much smaller than the tip; check load, radius and moduli"
             )
 
@@ -285,8 +285,8 @@ class SphericalPin:
             total = missing + depths[-1] + elastic
             if total >= radius:
                 raise ContactError(
-                    "published scheme: found a step that wears the pin past its radius; expected small steps; use more "
-                    "of them with --steps, or use the exact scheme"
+                    "published scheme: found a step in which the pin wears beyond its radius; expected smaller steps; "
+                    "use more steps with --steps, or the exact scheme"
                 )
             a = (2 * radius * total - total * total) ** 0.5
             elastic = load / (2 * modulus * a)
@@ -334,7 +334,7 @@ class RigidSphere:
 
     def published_depth(self, volume_steps: ArrayLike) -> Column:
         """Refuse: the paper's Euler steps are the GIWM's."""
-        raise no_published_scheme(volume_steps, "volumes from the shape alone")
+        raise no_published_scheme(volume_steps, "wear volumes from geometry only")
 
 
 @dataclass(frozen=True)
@@ -342,9 +342,9 @@ class BlockOnCylinder:
     """A block that wears to a part of the cylinder on which it lies: V = width·(segment of its circle)."""
 
     radius: ArrayLike
-    """Of the cylinder, m."""
+    """Radius of the cylinder, m."""
     width: float
-    """Of the block across the sliding direction, m."""
+    """Width of the block, perpendicular to the sliding direction, m."""
 
     @property
     def most_volume(self) -> Column:
@@ -378,23 +378,23 @@ class BlockOnCylinder:
 def worn_away(volume: Column, most: Column) -> ContactError:
     """Return the refusal of a volume that a tip does not hold."""
     return ContactError(
-        f"contact: found a worn volume of {show(np.max(volume), None, 'm^3', 'mm^3')}, more than the volume of the tip "
+        f"contact: found a wear volume of {show(np.max(volume), None, 'm^3', 'mm^3')}, more than the volume of the tip "
         f"({show(np.min(most), None, 'm^3', 'mm^3')}); expected wear within the tip; check wear coefficient, load and "
-        "distance"
+        "sliding distance"
     )
 
 
 def no_such_depth(depth: ArrayLike, height: ArrayLike) -> ContactError:
     """Return the error for a wear depth that the pin tip cannot have."""
     return ContactError(
-        f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected one between "
-        f"0 and the tip's height of {show(np.min(height), None, 'm', 'um')}; check the depth and its unit"
+        f"contact: found a wear depth of {show(np.max(np.abs(depth)), None, 'm', 'um')}; expected a wear depth between "
+        f"0 and the tip height of {show(np.min(height), None, 'm', 'um')}; check the depth and its unit"
     )
 
 
 def no_published_scheme(volume_steps: ArrayLike, engine: str) -> ContactError:
     """Return the refusal of the paper's scheme under another engine than the paper's."""
     return ContactError(
-        f"published scheme: found {np.size(volume_steps)} steps of {engine}; expected the GIWM, whose flow chart "
-        "(Fig. 2) it follows; use the exact scheme, or a k_D fitted with --engine giwm"
+        f"published scheme: found {np.size(volume_steps)} steps of {engine}; expected the GIWM, the model of this "
+        "scheme (flow chart, Fig. 2); use the exact scheme, or a k_D fitted with --engine giwm"
     )

@@ -43,18 +43,18 @@ class WornContact:
     pin_depth: Array
     """Height lost by the lowest point of the unworn pin, in the middle of the scar."""
     groove_depth: Array
-    """In the middle of the groove."""
+    """Wear depth in the middle of the groove."""
     half_width: Array
-    """Of scar and groove, across the sliding direction."""
+    """Half-width of scar and groove, perpendicular to the sliding direction."""
     half_length: Array
-    """Of the scar, along the sliding direction."""
+    """Half-length of the scar, along the sliding direction."""
     pin_volume: Array
     groove_area: Array
     """Cross-section of the groove."""
     groove_revolved: Array
     """Volume that half of that cross-section sweeps about the middle of the groove: both ends of a stroke together."""
     area: Array
-    """Of the contact, m²: the load over the mean pressure."""
+    """Area of the contact, m²: the load over the mean pressure."""
     groove_slope: Array
     """d(cross-section)/dh_d as both go on wearing, m."""
 
@@ -63,20 +63,15 @@ class WornContact:
         """Total approach of both bodies, m: what a displacement sensor sees."""
         return self.pin_depth + self.groove_depth
 
-    @property
-    def pin_slope(self) -> Array:
-        """dV_1/dh_p as both go on wearing, m²: the groove follows by κ, and its depth by κ·2b·dh_p."""
-        return 2 * self.half_length * self.groove_slope
-
 
 @dataclass(frozen=True)
 class SphereOnTrack:
     """A spherical pin, with or without a flat ground on it before the test."""
 
     radius: ArrayLike
-    """Of the sphere, m."""
+    """Radius of the sphere, m."""
     flat_radius: ArrayLike = 0.0
-    """Of the flat, m."""
+    """Radius of the flat, m."""
 
     @property
     def most(self) -> Array:
@@ -206,9 +201,9 @@ class BlockOnTrack:
     """A block on a ring, both of which wear evenly across the sliding direction."""
 
     radius: ArrayLike
-    """Of the ring, m."""
+    """Radius of the ring, m."""
     width: float
-    """Of the block, m."""
+    """Width of the block, m."""
 
     @property
     def most(self) -> Array:

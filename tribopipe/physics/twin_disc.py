@@ -116,7 +116,8 @@ class DiscPair(Discs):
         total, course = self._course(curved_coefficient, flat_coefficient)
         if not np.all(turns >= 0):
             raise ContactError(
-                f"contact: found {float(np.min(turns)):.4g} rotations; expected zero or more; check their number"
+                f"contact: found {float(np.min(turns)):.4g} rotations; expected zero or a positive number; check the "
+                "number of rotations"
             )
         growth = course.growth_of_turns(turns * total * (np.asarray(self.slip) != 0))
         contact, sums = course.contact(growth), course.sums(growth)
@@ -211,8 +212,8 @@ class DiscPair(Discs):
         total = first + second
         if not np.all((first >= 0) & (second >= 0) & np.isfinite(total)):
             raise ContactError(
-                f"contact: found a wear coefficient of {float(np.min([first, second])):.4g} m²/N; expected zero or "
-                "more; check both"
+                f"contact: found a wear coefficient of {float(np.min([first, second])):.4g} m²/N; expected zero or a "
+                "positive value; check both wear coefficients"
             )
         mine = np.divide(first, total, out=np.ones(np.shape(total)), where=total > 0)
         other = np.divide(second, total, out=np.zeros(np.shape(total)), where=total > 0)
@@ -259,8 +260,8 @@ def _states(
         total = h_1 + h_2 + u
         if total >= min(crown, curved, flat):
             raise ContactError(
-                "published scheme: found a step that wears the crown or a disc away; expected small steps; use more of "
-                "them with --steps, or use the exact scheme"
+                "published scheme: found a step in which the crown or a disc is completely worn away; expected smaller "
+                "steps; use more steps with --steps, or the exact scheme"
             )
         a_x = math.sqrt(2 * crown * total - total * total)
         r_1, r_2 = curved - h_1, flat - h_2

@@ -1,4 +1,4 @@
-"""What each stage returns: numbers with their uncertainty, and in words what stood in the way."""
+"""Results of each stage: values with their uncertainty, and the reasons for missing results."""
 
 from typing import Literal
 
@@ -20,7 +20,7 @@ COVERAGE_FACTOR = 1.959963984540054
 
 
 class DepthModel(Record):
-    """What a depth sensor reads in addition to wear, as one statistical model fitted with the post-test measurement."""
+    """Contributions to the depth signal other than wear, fitted with the post-test measurement in one model."""
 
     zero_offsets: tuple[Metres, ...]
     """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
@@ -37,7 +37,7 @@ class DepthModel(Record):
     thermal_probability: float | None = None
     """Probability that the reading follows the recorded temperature; none where that is missing or steady."""
     thermal_shift: Metres | None = None
-    """By how much the reading moves over the range of the recorded temperature."""
+    """Change of the depth signal over the range of the recorded temperature."""
     wander: Metres
     """Root mean square of what is slow and is neither wear by the law, nor drift, nor settling."""
     noise: Metres
@@ -58,11 +58,11 @@ class DriftCorrection(Record):
     outcome: Literal["corrected", "uncorrected"]
     """Uncorrected where depth, or the post-test measurement that separates drift from wear, is missing."""
     lacks: tuple[str, ...] = ()
-    """What is missing for a correction."""
+    """Missing inputs of the correction."""
     anchor: str | None = None
     """Which post-test measurements the end of the curve was matched to; none where the sensor alone gives the wear."""
     correction: Correction = "two-step"
-    """How the drift was found."""
+    """Method of the drift correction."""
     zero_offset: Metres | None = None
     """Sensor reading at the start of sliding."""
     drift_rate: MetresPerSecond | None = None
@@ -80,7 +80,7 @@ class DriftCorrection(Record):
     disc_wear_depth: Metres | None = None
     """The disc's part of it, where it was measured."""
     findings: tuple[Finding, ...] = ()
-    """What speaks against the reading of two discs; of a pin, see its fits."""
+    """Findings against the depth signal of two discs; for a pin, see its fits."""
 
     @property
     def pin_share(self) -> float:
@@ -97,7 +97,7 @@ class DriftCorrection(Record):
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
         return (
             f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "
-            f"the {measured_quantities(self.anchor)}, wear depth at the end {_in(self.end_wear_depth, 'um')}"
+            f"the {measured_quantities(self.anchor)}, final wear depth {_in(self.end_wear_depth, 'um')}"
         )
 
 
@@ -115,7 +115,7 @@ class FrictionFit(FitRecord):
     running_in_distance: Metres | None = None
     """c: distance over which the start decays by a factor e."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c): by the noise, its memory included, by the load and by the sliding distance."""
+    """Covariance of (A, b, c): from noise, including its memory, load and sliding distance."""
     load_uncertainty: Number | None = None
     """Relative standard uncertainty of the load in that of A and b; none where the instrument gave μ itself."""
     distance_uncertainty: Number | None = None
@@ -131,7 +131,7 @@ class FrictionFit(FitRecord):
     standard_deviation: Number | None = None
     """Standard deviation of μ over the whole run, as vendor software prints it."""
     load: Literal["measured", "nominal", "recorded"] | None = None
-    """What friction force was divided by; "recorded" where the instrument gave μ itself."""
+    """Divisor of the friction force; "recorded" if the instrument recorded μ itself."""
 
     @property
     def noise_covariance(self) -> tuple[tuple[float, ...], ...] | None:

@@ -1,4 +1,4 @@
-"""What a check found in a run: findings, their short titles, and their wording in the names of the contact."""
+"""Findings of the checks of a run, their short titles, and their wording with the names of the contact."""
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, TypeVar
@@ -18,9 +18,9 @@ class Finding(Record):
     where: str
     """Key of run.toml, or the signal."""
     message: str
-    """What was found, and what was expected."""
+    """Observation and expectation."""
     remedy: str
-    """How to correct it."""
+    """Remedy."""
 
     def __str__(self) -> str:
         return f"{self.where}: {self.message}; {self.remedy}"
@@ -51,7 +51,7 @@ def findings_of(results: Iterable[object]) -> tuple[Finding, ...]:
 
 
 TITLES: Mapping[str, str] = {
-    "implausible_density": "density not that of a solid",
+    "implausible_density": "density implausible for a solid",
     "implausible_modulus": "implausible Young's modulus",
     "modulus_unit": "Young's modulus in the wrong unit",
     "material_properties": "properties outside the range of the material",
@@ -71,7 +71,7 @@ TITLES: Mapping[str, str] = {
     "missing_input": "inputs for k_D missing",
     "reader_assumption": "file read with assumptions",
     "unused_signal": "recorded signal not used",
-    "friction_lever": "friction force with an unknown lever",
+    "friction_lever": "friction force with unknown lever arm",
     "unstated_uncertainty": "default uncertainties used",
     "impossible_measurement": "impossible post-test measurement",
     "no_wear_in_profile": "no wear found in a profile",
@@ -80,7 +80,7 @@ TITLES: Mapping[str, str] = {
     "empty_channel": "empty channel",
     "axis_incomplete": "time or distance missing for some samples",
     "axis_backward": "time or distance runs backward",
-    "counter_glitch": "glitches of a counter",
+    "counter_glitch": "counter glitches",
     "axis_constant": "time or distance does not advance",
     "distance_unknown": "sliding distance unknown",
     "samples_averaged": "block means evaluated",
@@ -118,7 +118,7 @@ TITLES: Mapping[str, str] = {
     "depends_on_drift_prior": "k_D depends on the assumed drift",
     "depends_on_settling_prior": "k_D depends on the assumed settling",
 }
-"""By the code of a finding."""
+"""Titles by code of the finding."""
 
 
 def title(code: str) -> str:

@@ -13,7 +13,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 
 Source = Literal["manifest", "default"]
-"""Who stated a standard uncertainty: the lab in run.toml, or the recipe."""
+"""Source of a standard uncertainty: the lab in run.toml, or the recipe."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def relative_input(quantity: Quantity, share: float, *, above_zero: bool = False
 
 
 class InputQuantity(NamedTuple):
-    """How an input quantity is shown."""
+    """Label and unit of an input quantity."""
 
     label: str
     unit: str | None = None

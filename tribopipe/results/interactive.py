@@ -27,7 +27,7 @@ def views() -> Any:
 
 
 class Displayed:
-    """What has a figure, and shows itself in a notebook."""
+    """Object with a figure, shown in a notebook."""
 
     def plot(self) -> "Figure":
         """Draw it as reports do. Return the figure, which a notebook shows by itself."""
@@ -47,7 +47,7 @@ class UnitColumn(NamedTuple):
 
 
 class Tabular(Displayed):
-    """What has columns over the samples of a run."""
+    """Object with columns over the samples of a run."""
 
     @property
     @abstractmethod
@@ -77,7 +77,7 @@ class Tabular(Displayed):
         """
         columns = self.unit_columns()
         if name not in columns:
-            raise unknown_name(f"run {self.id}", name, columns, "frame() has all of them in one table")
+            raise unknown_name(f"run {self.id}", name, columns, "use frame() for all columns in one table")
         column: Series[float] = views().column(name, columns[name])
         return column
 
@@ -128,7 +128,7 @@ class Tabular(Displayed):
 
 
 class FittedTo:
-    """What a fit was made of, by which it is drawn. It is no part of the result, and is neither compared nor sent."""
+    """Inputs of a fit, from which it is plotted. Not a part of the result; neither compared nor pickled."""
 
     def __init__(self, run: Any = None, curves: Callable[[], Any] | None = None) -> None:
         self.run, self.curves = run, curves

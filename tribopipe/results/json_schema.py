@@ -83,7 +83,7 @@ def _leave_out(definitions: Mapping[str, Any], kind: type[Contact]) -> None:
         return
     required = [name for name in part["required"] if name not in kind.like]
     if "pin" in required:
-        part["properties"]["ball"] = {"$ref": "#/$defs/Ball", "description": "A ball, in the place of pin."}
+        part["properties"]["ball"] = {"$ref": "#/$defs/Ball", "description": "Ball, instead of pin."}
         part["anyOf"] = [{"required": ["pin"]}, {"required": ["ball"]}]
         required.remove("pin")
     part["required"] = required

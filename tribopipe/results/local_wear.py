@@ -1,4 +1,4 @@
-"""What local wear of a run returns: how far the surface has worn, next to the Global Incremental Wear Model."""
+"""Results of local wear of a run: the wear of the surface, compared with the Global Incremental Wear Model."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from tribopipe.physics.local.course import LocalWear
 
 
 class LocalPoint(Record):
-    """What is stated about every contact at one place of its course."""
+    """Values of any contact at one point of the test."""
 
     wear_depth: Quantity
-    """Of the deepest point: of the pin, or of both discs together."""
+    """Wear depth of the deepest point: of the pin, or of both discs together."""
     peak_pressure: Quantity
     """Largest contact pressure; in a worn contact it is at the edge, and depends on the grid."""
     middle_pressure: Quantity
@@ -32,7 +32,7 @@ class LocalPoint(Record):
     @property
     def depths(self) -> str:
         """Both depths, as people read them."""
-        more = "" if self.difference is None else f" ({self.difference:+.2%})"
+        more = "" if self.difference is None else f" ({100 * self.difference:+.2f} %)"
         return f"{self.wear_depth.shown('um')}{more}, GIWM {self.giwm_depth.shown('um')}"
 
 
@@ -40,7 +40,7 @@ class LocalPinPoint(LocalPoint):
     """A pin after sliding some distance."""
 
     sliding_distance: Quantity
-    """Where."""
+    """Sliding distance."""
     contact_radius: Quantity
     """Radius of the contact."""
     wear_volume: Quantity
@@ -49,7 +49,7 @@ class LocalPinPoint(LocalPoint):
     def __str__(self) -> str:
         return (
             f"{self.sliding_distance.shown('m')}: {self.depths}; a = {self.contact_radius.shown('um')}, "
-            f"p = {self.middle_pressure.shown('MPa')} in the middle, {self.mean_pressure.shown('MPa')} on average"
+            f"p = {self.middle_pressure.shown('MPa')} (center), {self.mean_pressure.shown('MPa')} (mean)"
         )
 
 
@@ -57,9 +57,9 @@ class LocalDiscPoint(LocalPoint):
     """Two discs after some rotations of the crowned one."""
 
     rotations: Quantity
-    """Of the crowned disc."""
+    """Rotations of the crowned disc."""
     slip_rotations: Quantity
-    """Of one disc against the other (Eq. 9): rotations times slip."""
+    """Rotations of one disc relative to the other (Eq. 9): rotations times slip."""
     half_width: Quantity
     """a_x: half the width of the contact, across the direction of rolling."""
     half_length: Quantity
@@ -75,9 +75,9 @@ class LocalDiscPoint(LocalPoint):
 
     def __str__(self) -> str:
         return (
-            f"{self.rotations} rotations, {self.slip_rotations} of slip: {self.depths}; a_x = "
+            f"{self.rotations} rotations, {self.slip_rotations} slip rotations: {self.depths}; a_x = "
             f"{self.half_width.shown('um')}, a_z = {self.half_length.shown('um')}, p = "
-            f"{self.middle_pressure.shown('MPa')} in the middle, {self.mean_pressure.shown('MPa')} on average"
+            f"{self.middle_pressure.shown('MPa')} (center), {self.mean_pressure.shown('MPa')} (mean)"
         )
 
 
@@ -87,7 +87,7 @@ class LocalWearResult(Record):
     model: LawName
     """Wear law."""
     engine: Engine
-    """How the contact was solved."""
+    """Engine that solves the contact."""
     scheme: Course
     """Whether pressure at the end of a step wears the surface, or that before it as in the paper; or, by economy, that
     of a contact that is corrected rather than solved again."""
@@ -111,7 +111,7 @@ class LocalWearResult(Record):
     finest: Metres
     """Least distance between neighboring points."""
     notes: tuple[str, ...] = ()
-    """What to beware of."""
+    """Notes and warnings."""
     points: tuple[LocalPinPoint | LocalDiscPoint, ...] = ()
     """The wanted places in the order asked for."""
 

@@ -87,7 +87,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Recording:
-    """What was recorded in a run that is too long to be held; the run itself holds means of it."""
+    """Recorded data of a run that is too long to be kept in memory; the run itself holds block means of it."""
 
     rows: int
     """Samples that were recorded."""
@@ -118,17 +118,17 @@ class RawRun(Tabular):
     extras: Mapping[str, ExtraColumn]
     """Columns of the files that no signal was made of."""
     headers: Mapping[str, str]
-    """What stood above the numbers of each file, verbatim."""
+    """Lines above the data of each file, verbatim."""
     sources: tuple[SourceFile, ...]
     """run.toml first, then the instrument's files, byte for byte."""
     notes: tuple[str, ...] = ()
-    """What readers had to state about their files; kept in an archive among the findings."""
+    """Notes of the readers on their files; kept in an archive among the findings."""
     unused: tuple[str, ...] = ()
     """Columns that seem to be signals and are not used, with the reason; kept in an archive among the findings."""
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     recording: Recording | None = None
-    """What the columns are means of; none where they are what was recorded."""
+    """Recording of which the columns are means; none if the columns are as recorded."""
 
     @property
     def id(self) -> str:
@@ -154,9 +154,9 @@ class RawRun(Tabular):
 
     @property
     def samples(self) -> str:
-        """How many samples there are, for people: "12501 samples", or "1000001 means of 20000000 samples"."""
-        of = "" if self.recording is None else f"means of {self.recording.rows} "
-        return f"{len(self)} {of}samples"
+        """How many samples there are, for people: "12,501 samples", or "1,000,001 means of 20,000,000 samples"."""
+        of = "" if self.recording is None else f"means of {self.recording.rows:,} "
+        return f"{len(self):,} {of}samples"
 
     def __len__(self) -> int:
         return len(self.sliding_distance)
@@ -189,7 +189,7 @@ class CorrectedRun(Tabular):
     wear_depth: Column | None
     """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
     wander: Column | None = None
-    """Of that, what is slow and neither wear by Archard's law nor drift, m; none where noise hides it."""
+    """Slow component of that wear that is neither wear by Archard's law nor drift, m; none if hidden by noise."""
 
     @property
     def id(self) -> str:

@@ -54,7 +54,7 @@ class WearInterval(Record):
     volume: CubicMetres
     """Volume lost in it."""
     specific_wear_rate: SquareMetresPerNewton
-    """That volume over load and sliding distance in it."""
+    """Specific wear rate from that volume and the load and sliding distance in it."""
 
 
 class BodyWearRate(Record):
@@ -83,12 +83,12 @@ class BodyWearRate(Record):
 
     def __str__(self) -> str:
         if self.volume is None or self.specific_wear_rate is None:
-            return "no volume" if self.depth is None else f"{self.depth.shown('um')} deep, no volume"
+            return "no wear volume" if self.depth is None else f"wear depth {self.depth.shown('um')}, no wear volume"
         rate = self.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)
-        depth = "" if self.depth is None else f", {self.depth.shown('um')} deep"
+        depth = "" if self.depth is None else f", wear depth {self.depth.shown('um')}"
         steady = "" if self.steady_rate is None else f", steady {self.steady_rate.shown(SPECIFIC_WEAR_RATE)}"
         by = "" if self.volume_by is None else f" from the {measured_quantity(self.volume_by)}"
-        return f"{rate}{steady}, {self.volume.shown('mm^3')}{by}{depth}"
+        return f"{rate}{steady}, wear volume {self.volume.shown('mm^3')}{by}{depth}"
 
 
 class SpecificWear(Record):
@@ -97,7 +97,7 @@ class SpecificWear(Record):
     outcome: Literal["evaluated", "not evaluated"]
     """Not evaluated where no volume of any body is known."""
     notes: tuple[str, ...] = ()
-    """What is missing, and what is taken for granted."""
+    """Missing inputs and assumptions."""
     sliding_distance: Metres | None = None
     """Sliding distance at the end; of two discs, the distance they slipped on each other."""
     normal_load: Newtons | None = None

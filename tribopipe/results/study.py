@@ -27,14 +27,14 @@ AGREEMENT: Mapping[str, str] = {
     "under-predicts": "under-predicted",
     "not decidable": "inconclusive",
 }
-"""How people read a result: the agreement of the measured wear with the model."""
+"""Agreement of the measured wear with the model, as shown to readers."""
 Role = Literal["fitted", "predicted"]
 WornQuantity = Literal["wear_volume", "wear_depth", "track_width"]
 Interval = tuple[Quantity, Quantity]
 
 
 class Trend(Record):
-    """What is left of a run's residuals once k_D, zero offset and drift have taken theirs."""
+    """Residuals of a run after the fit of k_D, zero offset and drift."""
 
     p_value: float
     """Probability of as much trend in noise alone (χ² with two degrees of freedom)."""
@@ -46,13 +46,13 @@ class Exponent(Record):
     """n of h ∝ sⁿ over the last three quarters of the distance; by the law ½ for a sphere far from its start."""
 
     measured: Quantity
-    """By regression of ln h on ln s over the measured curve."""
+    """Exponent from regression of ln h on ln s over the measured curve."""
     by_law: float
     """The same regression on the law's own curve."""
 
 
 class ChangePoint(Record):
-    """Where the wear rate leaves the law, if it does: one k_D before and another one after."""
+    """Change of the wear rate during the test: one k_D before and another one after."""
 
     sliding_distance: Quantity
     """Most likely place."""
@@ -75,15 +75,15 @@ class EngineComparison(Record):
     """k_D of one run by even and by local pressure, from the same data."""
 
     giwm: Quantity
-    """By the Global Incremental Wear Model, which assumes uniform pressure over the contact."""
+    """Wear from the Global Incremental Wear Model, with uniform contact pressure."""
     local: Quantity
-    """By the pressure at each point."""
+    """Wear from the local contact pressure."""
     trusted: WearEngine | None
     """The local one where the two differ by more than their standard uncertainty; none where they do not."""
 
 
 class EndOfLife(Record):
-    """Where along a test the first body reaches a wear depth."""
+    """Position in a test at which the first body reaches a wear depth."""
 
     wear_depth: Quantity
     """The depth."""
@@ -97,17 +97,17 @@ class BodyVerdict(Record):
     """The law against the wear of one body in a run."""
 
     outcome: Verdict
-    """What the data show about the law for this body."""
+    """Agreement with the law for this body."""
     what: WornQuantity
-    """What was measured at the end, by which the law is judged first."""
+    """Measurement at the end, on which the agreement is based first."""
     measured: Quantity
     """As measured."""
     predicted: Quantity
-    """By the law."""
+    """Predicted value."""
     predicted_interval: Interval
     """95 % coverage interval of it."""
     measurement_interval: Interval
-    """Where 95 % of measurements of it would lie."""
+    """95 % prediction interval of a measurement."""
     e_n: float
     """Measured minus predicted at the end over the half width of its 95 % interval on that side."""
     e_n_all: float
@@ -123,7 +123,7 @@ class BodyVerdict(Record):
     exponent: Exponent | None = None
     """Local exponent of h(s)."""
     change_point: ChangePoint | None = None
-    """Where the wear rate would leave the law."""
+    """Possible position of a change of the wear rate."""
     engines: EngineComparison | None = None
     """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
 
@@ -142,17 +142,17 @@ class RunVerdict(Record):
     end: Quantity
     """End of the run: its sliding distance, or rotations."""
     outcome: Verdict
-    """What the data show about the law for this run: that of the body that departs most."""
+    """Agreement with the law for this run: that of the body with the largest deviation."""
     sentence: str
     """The same in words."""
     notes: tuple[str, ...] = ()
-    """What to beware of, such as an extrapolation."""
+    """Notes and warnings, such as an extrapolation."""
     findings: tuple[Finding, ...] = ()
-    """What speaks against the curve of the run."""
+    """Findings against the curve of the run."""
     bodies: dict[str, BodyVerdict]
     """One for each body on which something was measured."""
     end_of_life: EndOfLife | None = None
-    """Where the run reaches the wanted depth; none where its k_D is rather zero, or no depth is wanted."""
+    """Position at which the run reaches the wanted depth; none if k_D may be zero, or no depth is wanted."""
 
     @property
     def first(self) -> BodyVerdict:
@@ -196,11 +196,11 @@ class LawResult(Record):
     engine: WearEngine = "giwm"
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
     bodies: dict[str, StudiedBody]
     """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
     correlation: float | None = None
-    """Of both k_D."""
+    """Correlation of both k_D."""
     draws: int
     """Number of accepted draws."""
     rejected: int
@@ -230,7 +230,7 @@ class LeftOut(Record):
 
 
 class StudyResult(Record):
-    """What a study found."""
+    """Results of a study."""
 
     id: str
     """The study."""
@@ -247,7 +247,7 @@ class StudyResult(Record):
     left_out: tuple[LeftOut, ...] = ()
     """Runs that were not used, and why."""
     notes: tuple[str, ...] = ()
-    """What to beware of."""
+    """Notes and warnings."""
 
     def law(self, model: LawName) -> LawResult:
         """Return the result of one law. Raises ``KeyError`` where the study has none."""
@@ -277,7 +277,7 @@ class StudyCurve:
     what: CurveQuantity
     """Depth, m, or volume, m³."""
     along: SignalName
-    """What the places are counted in."""
+    """Quantity in which the positions are given."""
     places: Column
     predicted: Column
     lower: Column
@@ -300,19 +300,19 @@ class Lever(Record):
     name: str
     """Input."""
     value: Quantity | None = None
-    """Its value and standard uncertainty; none for the noise of the depth signal."""
+    """Value and standard uncertainty; none for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     relative: float
     """Standard uncertainty of k_D from this input alone, over k_D."""
     share: float
-    """Its part of the variance of k_D."""
+    """Contribution to the variance of k_D."""
     if_halved: float
     """Half width of the 95 % interval of k_D over k_D, were this input twice as well known."""
 
 
 class Design(Record):
-    """What it would take to know k_D of a run to a wanted interval, by first-order propagation."""
+    """Tests needed for a wanted interval of k_D, by first-order propagation."""
 
     id: str
     """Run that is planned from."""
@@ -327,15 +327,15 @@ class Design(Record):
     levers: tuple[Lever, ...]
     """Inputs, the most rewarding first."""
     sliding_distance: Quantity | None = None
-    """How far one test would have to slide; none if no length is sufficient."""
+    """Sliding distance of one test that would be sufficient; none if no distance is."""
     rotations: Quantity | None = None
-    """How many rotations one test of two discs would take; none if no number is sufficient, or for a pin."""
+    """Rotations of one test of two discs that would be sufficient; none if no number is, or for a pin."""
     by_distance: float
-    """Half width that no longer test gets below."""
+    """Half-width that no longer test can improve on."""
     replicates: int | None = None
     """Number of tests like this one that would be sufficient; none if no number is."""
     by_replicates: float
-    """Half width that no number of replicates gets below: what all runs share."""
+    """Half-width that no number of replicates can improve on, from the uncertainties that all runs share."""
     scatter: float | None = None
     """Scatter of k_D between runs over k_D that was counted with; none where it is not known."""
 
@@ -343,8 +343,10 @@ class Design(Record):
         best = self.levers[0]
         label = input_label(best.name)
         lines = [
-            f"{self.id}, {self.model}: {self.of} is known to ±{self.half_width:.1%}, wanted ±{self.wanted:.1%} (95 %)",
-            f"  largest contribution: {label}, {best.share:.0%} of the variance; halved, ±{best.if_halved:.1%}",
+            f"{self.id}, {self.model}: half-width of the 95 % interval of {self.of} is {_percent(self.half_width)}, "
+            f"target {_percent(self.wanted)}",
+            f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; with half its uncertainty, "
+            f"the half-width is {_percent(best.if_halved)}",
         ]
         if self.half_width <= self.wanted:
             return "\n".join([*lines, "  no further test is needed"])
@@ -353,11 +355,15 @@ class Design(Record):
         elif self.rotations is not None:
             lines.append(f"  one test of {self.rotations.value:,.0f} rotations would be sufficient")
         else:
-            lines.append(f"  a longer test is not sufficient: at best ±{self.by_distance:.1%}")
+            lines.append(f"  a longer test is not sufficient: at best {_percent(self.by_distance)}")
         if self.replicates is not None:
             lines.append(f"  {self.replicates} tests like this one would be sufficient")
         else:
-            lines.append(f"  replicates are not sufficient: all runs share ±{self.by_replicates:.1%}")
+            lines.append(f"  replicates are not sufficient: at best {_percent(self.by_replicates)}")
         if self.scatter is None:
             lines.append("  the scatter between runs is unknown and not included: more replicates may be needed")
         return "\n".join(lines)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"

@@ -1,4 +1,4 @@
-"""What a fit of a wear law finds: k_D of each body of a contact, of whatever kind, and what it is known by."""
+"""Results of a fit of a wear law: k_D of each body of a contact, and its contributions."""
 
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Literal
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 NO_FRICTION = "a friction signal"
-"""What a law that needs friction misses in a run without it."""
+"""Missing input of a law that needs friction."""
 FRICTION_FIT = "friction fit"
 """The line of a budget that stands for A, b and c of Eq. 7, which are fitted together."""
 
@@ -39,11 +39,11 @@ class Contribution(Record):
     name: str
     """Input quantity."""
     value: Quantity | None = None
-    """Its value and standard uncertainty; none for the noise of the depth signal."""
+    """Value and standard uncertainty; none for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     source: Literal["manifest", "default", "fit", "recipe"]
-    """Who stated the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
+    """Source of the uncertainty: the lab in run.toml or a recipe, the recipe's default, or the data themselves."""
     relative: float
     """Standard uncertainty of k_D from this input alone, over k_D, with its sign."""
 
@@ -78,7 +78,7 @@ class MonteCarlo(Record):
 
 
 Basis = Literal["reading and measurement", "measurement", "reading"]
-"""What a wear coefficient is based on."""
+"""Data from which a wear coefficient is determined."""
 
 
 class LawValue(Record):
@@ -87,7 +87,7 @@ class LawValue(Record):
     name: str
     """Parameter."""
     value: Quantity
-    """Its value; without uncertainty where the fit held it."""
+    """Value; without uncertainty if it was fixed in the fit."""
     source: Literal["fit", "recipe"]
     """Whether it was fitted with k_D, or given."""
 
@@ -105,9 +105,9 @@ class BodyWear(Record):
     random_uncertainty: SquareMetresPerNewton | None = None
     """Standard uncertainty from the noise of the depth signal alone; none where no depth signal was fitted."""
     budget: tuple[Contribution, ...] = ()
-    """What the combined standard uncertainty is made of, by first-order propagation."""
+    """Contributions to the combined standard uncertainty, by first-order propagation."""
     monte_carlo: MonteCarlo | None = None
-    """How the interval was drawn."""
+    """Method of the interval."""
     by_reading: SquareMetresPerNewton | None = None
     """k_D by the depth reading alone."""
     by_measurement: SquareMetresPerNewton | None = None
@@ -136,13 +136,13 @@ class FittedValue(Record):
     """One post-test measurement, or one at an interruption, with what the fitted law gives for it."""
 
     name: str
-    """What was measured, on which body, and when."""
+    """Measured quantity, body, and time of the measurement."""
     place: float
-    """Where along the test: sliding distance, m, or rotations."""
+    """Position in the test: sliding distance, m, or rotations."""
     measured: Quantity
     """As measured."""
     fitted: Quantity
-    """By the law."""
+    """Fitted value."""
 
 
 class ConventionCoefficients(Record):
@@ -164,31 +164,31 @@ class WearFit(FitRecord):
     outcome: Literal["fitted", "not fitted"]
     """Not fitted where an input of the fit is missing."""
     lacks: tuple[str, ...] = ()
-    """What is missing for a fit."""
+    """Missing inputs of the fit."""
     notes: tuple[str, ...] = ()
-    """What to beware of, the defaults used among it."""
+    """Notes and warnings, including the defaults used."""
     findings: tuple[Finding, ...] = ()
-    """What speaks against the result."""
+    """Findings against the result."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
     bodies: dict[str, BodyWear] = Field(default_factory=dict)
     """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
     correlation: float | None = None
-    """Of both k_D."""
+    """Correlation of both k_D."""
     parameters: tuple[LawValue, ...] | None = None
     """Parameters of the law in addition to k_D; none where it has none."""
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and the parameters that were fitted, in SI, by first-order propagation."""
+    """Covariance of ln k_D and the fitted parameters, in SI, by first-order propagation."""
     friction: FrictionSource | None = None
     """Which μ Sarkar's law was given."""
     correction: Correction | None = None
-    """How drift was found: with k_D in one model, or before it; none where no depth signal was fitted."""
+    """Method for drift: with k_D in one model, or before it; none if no depth signal was fitted."""
     basis: Basis | None = None
-    """What gives k_D: depth reading and post-test measurement together, or one of them; none of two-step correction."""
+    """Source of k_D: depth signal and post-test measurement together, or one of them; none for two-step correction."""
     deviation: float | None = None
     """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
     sensor: DepthModel | None = None
-    """What the depth sensor reads in addition to wear under this law."""
+    """Contributions to the depth signal other than wear, under this law."""
     residual_deviation: Metres | None = None
     """Standard deviation of the corrected wear about the fit; of block averages, except of two-step correction."""
     effective_samples: float | None = None
@@ -216,11 +216,9 @@ class WearFit(FitRecord):
         if len(self.bodies) == 1:
             return next(iter(self.bodies.values())).wear_coefficient
         if not self.bodies:
-            raise FitError(f"{self}; expected a run that has it; add it to run.toml, and read the run again")
+            raise FitError(f"{self}; expected a run with these inputs; add them to run.toml, and ingest the run again")
         names = ", ".join(f"fit.bodies[{name!r}].wear_coefficient" for name in self.bodies)
-        raise FitError(
-            f"{self.model}: found k_D of {len(self.bodies)} bodies; expected a choice of one; ask for {names}"
-        )
+        raise FitError(f"{self.model}: found k_D of {len(self.bodies)} bodies; expected only one body; use {names}")
 
     @property
     def params(self) -> dict[str, Quantity]:
@@ -265,7 +263,7 @@ def fits_of(results: Iterable[object]) -> Iterator[WearFit]:
 
 def by(engine: WearEngine) -> str:
     """Give the engine that a k_D was found by, after its law; nothing of the GIWM."""
-    return {"giwm": "", "volume": ", by volume", "local": ", local pressure"}[engine]
+    return {"giwm": "", "volume": ", wear volume only", "local": ", local pressure"}[engine]
 
 
 def _parameters(parameters: tuple[LawValue, ...] | None) -> str:
@@ -278,4 +276,4 @@ def _depths(body: BodyWear) -> str:
     if body.fitted_end_depth is None:
         return ""
     measured = "unknown" if body.measured_end_depth is None else body.measured_end_depth.shown("um")
-    return f", wear depth at the end {body.fitted_end_depth.shown('um')} fitted, {measured} measured"
+    return f", final wear depth {body.fitted_end_depth.shown('um')} fitted, {measured} measured"

@@ -1,4 +1,4 @@
-"""What predictions of wear find, and the curves of a law along a run, fitted or predicted, whatever its contact."""
+"""Results of wear predictions, and the curves of a law along a run, fitted or predicted, for any contact."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -35,7 +35,7 @@ OUTCOMES: dict[Outcome, str] = {
     "half_length": "m",
     "pressure": "Pa",
 }
-"""What a law gives along a run, in SI."""
+"""Quantities of a law along a run, with their SI units."""
 
 
 class PredictedBody(Record):
@@ -51,12 +51,12 @@ class PredictedBody(Record):
     """Cross-section of the groove in a body that the other one slides on; none where it has none."""
 
     def __str__(self) -> str:
-        volume = "" if self.wear_volume is None else f", {self.wear_volume.shown('mm^3')}"
-        return f"{self.wear_depth.shown('um')} deep{volume}"
+        volume = "" if self.wear_volume is None else f", wear volume {self.wear_volume.shown('mm^3')}"
+        return f"wear depth {self.wear_depth.shown('um')}{volume}"
 
 
 class PredictedContact(Record):
-    """Where the bodies touch at one place."""
+    """Contact of the bodies at one position."""
 
     approach: Quantity
     """Wear heights of all bodies that are predicted together, as a displacement sensor sees them."""
@@ -80,7 +80,7 @@ class PredictedPoint(Record):
     bodies: dict[str, PredictedBody]
     """Wear of each body."""
     contact: PredictedContact
-    """Where they touch."""
+    """Contact."""
     slip: Quantity | None = None
     """(v₂ − v₁)/v₁ of the worn bodies; none of a body that does not roll."""
 
@@ -107,7 +107,7 @@ class WearPrediction(Record):
     scheme: Literal["exact", "published"]
     """The limit of small steps, or the paper's explicit Euler steps."""
     distance_per_rotation: DistanceConvention | None = None
-    """What counts as sliding distance in one rotation; none of bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
     bodies: dict[str, UsedCoefficient]
     """k_D of each body; one that is left out does not wear."""
     reference: str | None = None
@@ -115,7 +115,7 @@ class WearPrediction(Record):
     normal_load: Newtons
     """F_N predicted for."""
     conditions: dict[str, Quantity] = Field(default_factory=dict)
-    """What else is predicted for and may be another than the run's own, such as the tip radius or the slip."""
+    """Other conditions of the prediction, if different from the run, such as the tip radius or the slip."""
     start: HertzStart | None = None
     """Contact of the unworn bodies by Hertz, where the published scheme starts from it."""
     steps: int | None = None
@@ -123,11 +123,11 @@ class WearPrediction(Record):
     step_error: float | None = None
     """Relative error of the last depth by the finite step of the published scheme."""
     notes: tuple[str, ...] = ()
-    """What to beware of."""
+    """Notes and warnings."""
     prediction: tuple[PredictedPoint, ...] = ()
     """The wanted places in the order asked for."""
     reached: tuple[PredictedPoint, ...] = ()
-    """Where wanted depths of the first body are reached, in the order asked for."""
+    """Positions at which wanted depths of the first body are reached, in the order of the request."""
     parameters: tuple[LawValue, ...] | None = None
     """Parameters of the law in addition to k_D; none where it has none."""
 
@@ -169,4 +169,4 @@ class WearCurves:
 
     result: WearFit | WearPrediction
     bands: Mapping[str, Band]
-    """By what they are of: ``wear_depth`` of a pin, ``depth``, ``curved_volume`` and so on of two discs."""
+    """Bands by quantity: ``wear_depth`` of a pin, ``depth``, ``curved_volume`` and so on of two discs."""

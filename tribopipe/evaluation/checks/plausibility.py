@@ -18,7 +18,7 @@ from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_tip import SCARS
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY, specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_ellipse, hertz_radius
+from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
 
 _FAR_OFF = 10.0
@@ -154,24 +154,13 @@ def radius_unchecked(run: RawRun) -> Iterator[Trouble]:
         )
 
 
-def _start_modulus(one: Specimen, other: Specimen) -> float:
-    return float(
-        contact_modulus(
-            pin_modulus=one.youngs_modulus.value,
-            pin_ratio=one.poisson_ratio.value,
-            disc_modulus=other.youngs_modulus.value,
-            disc_ratio=other.poisson_ratio.value,
-        )
-    )
-
-
 def _mean_pressure(run: RawRun) -> float | None:
     """Return the mean pressure at the start, Pa: by Hertz, or over a flat that is larger; none without bodies."""
     contact = run.manifest.contact
     if contact is None:
         return None
     load = contact_load(run, Recipe()).value
-    modulus, (across, along) = _start_modulus(*contact.bodies.values()), contact.unworn_radii
+    modulus, (across, along) = float(contact.reduced_modulus()), contact.unworn_radii
     if run.manifest.pin is not None and run.manifest.pin.line:
         return math.sqrt(math.pi * load * modulus / (16 * run.manifest.pin.line * along))
     if across == along:
@@ -362,7 +351,7 @@ def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:
 def _start_width(run: RawRun) -> float:
     """Return the width of the contact without wear, along the sliding direction in a line contact, m."""
     contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
-    modulus = _start_modulus(*contact.bodies.values())
+    modulus = float(contact.reduced_modulus())
     if contact.pin.line:
         per_length = load / contact.pin.line
         return 2 * math.sqrt(4 * per_length * contact.pin.radius.value / (math.pi * modulus))

@@ -64,8 +64,7 @@ class PinTip:
     @classmethod
     def of(cls, pin: Tip) -> "PinTip":
         """Return the tip that run.toml describes."""
-        flat = 0.0 if pin.flat_radius is None else pin.flat_radius.value
-        return cls(pin.shape, pin.radius.value, flat, pin.line)
+        return cls(pin.shape, pin.radius.value, pin.flat, pin.line)
 
     def depth(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
         """Return the wear depth, m, were this post-test measurement and the tip's radius these; odd about no wear."""

@@ -33,7 +33,7 @@ from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
 from tribopipe.evaluation.wear.uncertainty import solve_draws
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.hertz import HARDNESS_UNIT, contact_modulus, hertz_radius
+from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_radius
 from tribopipe.results.study import (
     ChangePoint,
     EndOfLife,
@@ -301,12 +301,7 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
             f"extrapolation: the predicted contact radius of {_meters(worn).shown('um')} is more than half the tip "
             f"radius of {_meters(radius).shown('um')}, beyond the range in which the model was tested"
         )
-    modulus = contact_modulus(
-        pin_modulus=values["pin_modulus"],
-        pin_ratio=contact.pin.poisson_ratio.value,
-        disc_modulus=values["disc_modulus"],
-        disc_ratio=contact.counterbody.poisson_ratio.value,
-    )
+    modulus = contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"])
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
     pressure = 1.5 * load / (np.pi * start**2)
     hardness = [

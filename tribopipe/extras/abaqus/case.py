@@ -33,7 +33,7 @@ from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear
 from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.extras.abaqus.fortran import in_mm
 from tribopipe.physics.friction_path import ExponentialFriction, junction_factor
-from tribopipe.physics.hertz import contact_modulus, hertz_ellipse
+from tribopipe.physics.hertz import hertz_ellipse
 from tribopipe.results.wear_fit import WearFit
 
 _STEPS = 10
@@ -330,15 +330,7 @@ class WearCase:
     @cached_property
     def modulus(self) -> float:
         """E_c, Pa."""
-        one, other = self.contact.bodies.values()
-        return float(
-            contact_modulus(
-                pin_modulus=one.youngs_modulus.value,
-                pin_ratio=one.poisson_ratio.value,
-                disc_modulus=other.youngs_modulus.value,
-                disc_ratio=other.poisson_ratio.value,
-            )
-        )
+        return float(self.contact.reduced_modulus())
 
     @cached_property
     def start(self) -> UnwornContact:

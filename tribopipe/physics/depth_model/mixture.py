@@ -51,7 +51,7 @@ class Anchor:
 
 @dataclass(frozen=True)
 class Regression:
-    """What a reading is made of, at each block."""
+    """Contributions to the depth signal, at each block."""
 
     reading: Column
     """m, shape (blocks,)."""
@@ -222,7 +222,7 @@ class _Case(NamedTuple):
     """A regression with one process."""
 
     number: int
-    """Of the process; −1 where nothing wanders."""
+    """Index of the process; −1 without a process."""
     first_alternative: int
     """Number of the first alternative of the regression."""
     projected: _Projected

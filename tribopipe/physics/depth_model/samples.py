@@ -198,7 +198,7 @@ class DepthSamples:
     time: Column
     """Share of the sliding time, ascending; below 0 before sliding began."""
     progress: Column
-    """What wear grows along: sliding distance, m, or rotations."""
+    """Quantity that wear increases with: sliding distance, m, or rotations."""
     depth: Column
     """Reading in true displacement, m."""
     segments: NDArray[np.intp]

@@ -1,4 +1,4 @@
-"""What a depth reading shows in addition to wear: offsets, drift, settling, temperature, counterbody, wander.
+"""Contributions to the depth signal other than wear: offsets, drift, settling, temperature, counterbody, wander.
 
 Offsets and the rate of the line have flat priors. Whether the reading follows a recorded temperature, and whether it
 settles, are alternatives, each with a normal prior of its amplitude about zero; they are averaged over by their

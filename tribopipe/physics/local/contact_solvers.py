@@ -25,14 +25,14 @@ class Contact:
     """Two surfaces pressed on each other."""
 
     pressure: Column
-    """At each point of the surface that wears, Pa; 0 where the surfaces are apart."""
+    """Pressure at each point of the wearing surface, Pa; 0 outside the contact."""
     approach: float
-    """How far remote points of the bodies have come closer, m."""
+    """Approach of remote points of the bodies, m."""
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How far a contact reaches from its middle, m: in both directions a where it is round."""
+    """Half-widths of a contact, m: both equal to the radius a of a round contact."""
 
     half_width: float
     """a, or a_x across the direction of rolling."""
@@ -41,7 +41,7 @@ class Extent:
 
 
 class Surface(Protocol):
-    """The surface that wears, pressed on one that does not.
+    """Wearing surface, pressed on a surface that does not wear.
 
     At each of its points p ≥ 0, g ≥ 0 and p·g = 0, where the gap is
 
@@ -125,8 +125,8 @@ def solve_by_active_set(
             return Contact(found, approach)
         inside |= overlapping
     raise ContactError(
-        f"local wear: found no contact in {_MOST_ROUNDS} rounds; expected the points in contact to settle; check the "
-        "profile, or make the grid coarser"
+        f"local wear: found no convergence of the contact area in {_MOST_ROUNDS} iterations; expected convergence; "
+        "check the profile, or use a coarser grid"
     )
 
 
@@ -177,8 +177,8 @@ def solve_by_conjugate_gradients(
             pressure = _carrying(load / cell, np.maximum(pressure, 0.0))
             inside, distance, last = pressure > 0, gap + displacement(pressure), np.inf
     raise ContactError(
-        f"local wear: found no contact in {_MOST_STEPS} steps; expected the points in contact to settle; check the "
-        "profile, or make the grid coarser"
+        f"local wear: found no convergence of the contact area in {_MOST_STEPS} iterations; expected convergence; "
+        "check the profile, or use a coarser grid"
     )
 
 

@@ -31,7 +31,7 @@ _DECADES = 2.0
 """How far below the first place asked for, in the amount of wear, steps begin."""
 _ROUNDING = 1e-9
 _FASTEST_GROWTH = 1 + math.sqrt(2)
-"""Of steps, up to which the second-order formula is stable."""
+"""Ratio of steps up to which the second-order formula is stable."""
 _SHOWN_LATER = 0.01
 """Share of the wear so far that the step takes whose contact is shown."""
 _MOST_EXPLICIT_STEPS = 200_000
@@ -41,7 +41,7 @@ _ROUGH = 0.2
 
 
 class WornState(NamedTuple):
-    """The surface after some amount of wear."""
+    """Surface after some amount of wear."""
 
     amount: float
     worn: Column
@@ -66,7 +66,7 @@ class LocalWear:
     amount: Column
     """k_D·S, m³/N, or k_D·N, m²/N, at each place; the first is 0."""
     depth: Column
-    """Of the deepest point, m."""
+    """Wear depth of the deepest point, m."""
     volume: Column
     """m³ of a pin; the cross-section of a disc's track, m²."""
     half_width: Column
@@ -103,8 +103,8 @@ def wear(
     asked = np.asarray(amounts, dtype=float)
     if not (asked.size and asked[0] > 0 and np.all(np.diff(asked) > 0)):
         raise ContactError(
-            "local wear: found positions that do not increase from zero; expected at least one above zero; list them "
-            "in increasing order"
+            "local wear: found positions that are not positive and increasing; expected at least one position; list "
+            "the positions in increasing order"
         )
     course = _implicit if scheme == "implicit" else _explicit
     steps = Steps(step_ends(asked, steps_per_decade), frozenset(asked.tolist()), refresh_every)
@@ -169,7 +169,7 @@ def smooth(surface: Surface, contact: Contact) -> Contact:
     if (roughness := surface.roughness(contact)) > _ROUGH:
         raise ContactError(
             f"local wear: found a pressure that alternates by {100 * roughness:.0f} % from point to point; expected a "
-            "smooth one; explicit steps were too long for this grid: use the implicit scheme"
+            "smooth pressure distribution; explicit steps were too long for this grid: use the implicit scheme"
         )
     return contact
 

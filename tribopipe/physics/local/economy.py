@@ -38,8 +38,6 @@ from tribopipe.base.errors import ContactError
 from tribopipe.physics.local.contact_solvers import Contact, Surface, touching_at
 from tribopipe.physics.local.course import LocalWear, WornState, collected, smooth
 
-CORRECTIONS = (None, 50, 10, 1)
-"""Increments between external corrections of which the drift is shown; None: there are none."""
 _MOST_INCREMENTS = 200_000
 
 
@@ -83,19 +81,6 @@ def wear_economically(
     asked = np.asarray(amounts, dtype=float)
     _check(asked[-1], increment, correct_every, stress_loss)
     return collected(surface, list(_course(surface, asked, increment, correct_every, stress_loss)))
-
-
-def drift(
-    surface: Elastic, amounts: Sequence[float] | Column, *, increment: float, stress_loss: float = 0.0
-) -> dict[int | None, LocalWear]:
-    """Return the courses of Fig. 11, peak pressure and depth, by the number of increments between corrections.
-
-    That of 1 is the Wear-Processor's. Raises ``ContactError``.
-    """
-    return {
-        every: wear_economically(surface, amounts, increment=increment, correct_every=every, stress_loss=stress_loss)
-        for every in CORRECTIONS
-    }
 
 
 def _course(
@@ -144,17 +129,17 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
     if not increment * _MOST_INCREMENTS >= end:
         raise ContactError(
             f"local wear: found increments of the amount of wear of {increment:.3g} up to {end:.3g}; expected at most "
-            f"{_MOST_INCREMENTS} of them; use longer ones"
+            f"{_MOST_INCREMENTS:,} increments; use longer increments"
         )
     if correct_every is not None and correct_every < 1:
         raise ContactError(
-            f"local wear: found corrections every {correct_every} increments; expected one increment or more between "
-            "them; omit it for no corrections"
+            f"local wear: found corrections every {correct_every} increments; expected a correction after 1 increment "
+            "or more; omit this option for no corrections"
         )
     if not 0 <= stress_loss < 1:
         raise ContactError(
-            f"local wear: found a stress loss of {stress_loss:g}; expected a share, from 0 to less than 1; omit it to "
-            "carry stresses over in full"
+            f"local wear: found a stress loss of {stress_loss:g}; expected a fraction from 0 to less than 1; omit this "
+            "option to carry all stresses over"
         )
 
 

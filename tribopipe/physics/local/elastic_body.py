@@ -29,7 +29,7 @@ def skfem() -> Any:
         return import_module("skfem")
     except ImportError:
         raise ContactError(
-            "local wear: found no package scikit-fem; expected it, since finite elements are requested; run "
+            "local wear: scikit-fem is not installed; expected this package for finite elements; run "
             'pip install "tribopipe[fe]"'
         ) from None
 
@@ -192,7 +192,7 @@ def _valid(mesh: Any) -> Any:
     turned = int((np.sign(jacobian) != np.sign(np.median(jacobian))).any(axis=1).sum())
     if turned:
         raise ContactError(
-            f"local wear: found {turned} of {len(jacobian)} finite elements turned inside out as the surface wore; "
-            "expected none; use a coarser mesh, or simulate less wear"
+            f"local wear: found {turned} of {len(jacobian)} finite elements inverted by wear of the surface; expected "
+            "no inverted elements; use a coarser mesh, or simulate less wear"
         )
     return mesh

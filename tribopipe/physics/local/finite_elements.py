@@ -38,7 +38,7 @@ class PinBody:
 
     normal_load: float
     radius: Column
-    """Of each node, from 0 outwards, m."""
+    """Radius of each node, increasing from 0, m."""
     gap: Column
     """Of each node of the unworn pin, m."""
     unworn: Block
@@ -67,7 +67,7 @@ class PinBody:
         contact = solve_by_active_set(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > 0:
             raise ContactError(
-                "local wear: found a contact that reaches the last node that may touch; expected it to end before; "
+                "local wear: found a contact area that reaches the last contact node; expected a smaller contact area; "
                 "simulate less wear, or use nodes further out"
             )
         return contact
@@ -97,7 +97,7 @@ class PinBody:
 
     def roughness(self, contact: Contact) -> float:
         """Return the alternation of pressure over the inner 80 % of the contact, relative to its mean."""
-        return roughness(self.radius, contact.pressure)
+        return roughness(self.radius, contact.pressure, self.extent(contact).half_width)
 
     def refreshed(self, worn: Column) -> Self:
         """Return the pin with its mesh moved as the surface has worn. Raises ``ContactError``."""
@@ -177,8 +177,8 @@ class QuarterDisc:
         pressure = found.pressure.reshape(self.gap.shape)
         if np.any(pressure[-1] > 0) or np.any(pressure[:, -1] > 0):
             raise ContactError(
-                "local wear: found a contact that reaches the last nodes that may touch; expected it to end before; "
-                "simulate less wear, or use a wider surface"
+                "local wear: found a contact area that reaches the last contact nodes; expected a smaller contact "
+                "area; simulate less wear, or use a wider surface"
             )
         return Contact(pressure, found.approach)
 
@@ -210,7 +210,8 @@ class QuarterDisc:
 
     def roughness(self, contact: Contact) -> float:
         """Return the alternation of ∫p dz over the inner 80 % of the track, relative to its mean."""
-        return roughness(self.across, self.exposure(contact.pressure)[:, 0])
+        line_load = self.exposure(contact.pressure)[:, 0]
+        return roughness(self.across, line_load, edge(self.across, line_load))
 
     def refreshed(self, worn: Column) -> Self:
         """Return the disc with its mesh moved as the surface has worn. Raises ``ContactError``."""

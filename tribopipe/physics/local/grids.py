@@ -42,7 +42,7 @@ class _Grid(ABC):
 
     @property
     def places(self) -> tuple[Column, ...]:
-        """Across and along, m."""
+        """Positions across and along, m."""
         return self.half_space.places
 
     @property
@@ -62,8 +62,8 @@ class _Grid(ABC):
         )
         if np.any(contact.pressure[self.half_space.rim] > 0):
             raise ContactError(
-                "local wear: found a contact that reaches the end of the grid; expected it to end before; simulate "
-                "less wear, or use a wider grid"
+                "local wear: found a contact area that reaches the edge of the grid; expected a smaller contact area; "
+                "simulate less wear, or use a wider grid"
             )
         return contact
 
@@ -182,8 +182,8 @@ def disc_track(
     widest = _MARGIN_ACROSS * math.cbrt(first.half_width**3 + 1.5 * crown_radius * amount * normal_load)
     if widest >= crown_radius:
         raise ContactError(
-            f"local wear: found a track {show(2 * widest, None, 'm', 'mm')} wide in the end, on a crown of radius "
-            f"{show(crown_radius, None, 'm', 'mm')}; expected a narrower one; use a shorter distance, or check load, "
+            f"local wear: found a final track width of {show(2 * widest, None, 'm', 'mm')} on a crown of radius "
+            f"{show(crown_radius, None, 'm', 'mm')}; expected a narrower track; use fewer rotations, or check load, "
             "wear coefficient and radii"
         )
     spacing = (widest / (cells[0] - 1), _MARGIN_ALONG * first.half_length / (cells[1] - 1))

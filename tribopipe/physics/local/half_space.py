@@ -31,7 +31,7 @@ class HalfSpace:
     spacing: tuple[float, float]
     """Width and length of a rectangle, m."""
     shape: tuple[int, int]
-    """How many rectangles there are across and along."""
+    """Number of rectangles across and along."""
 
     @property
     def places(self) -> tuple[Column, Column]:

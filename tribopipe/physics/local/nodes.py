@@ -65,14 +65,19 @@ def edge(places: Column, pressure: Column) -> float:
     most = places[last] if last + 1 == len(places) else (places[last] + places[last + 1]) / 2
     if last < 2:
         return float(most)
-    (inner, outer), (p, q) = places[last - 2 : last] ** 2, pressure[last - 2 : last] ** 2
-    found = math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else most
-    return float(np.clip(found, least, most))
+    return float(np.clip(vanishing(places, pressure, last - 2), least, most))
 
 
-def roughness(places: Column, pressure: Column) -> float:
-    """Return by how much p, or ∫p dz, alternates from node to node well inside the contact, relative to its mean."""
-    inner = pressure[places < _INNER * edge(places, pressure)]
+def vanishing(places: Column, pressure: Column, first: int) -> float:
+    """Return where the line of p² over the square of the place, through a node and the next one, is zero, m."""
+    two = slice(first, first + 2)
+    (inner, outer), (p, q) = places[two] ** 2, pressure[two] ** 2
+    return math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
+
+
+def roughness(places: Column, pressure: Column, end: float) -> float:
+    """Return the alternation of p, or ∫p dz, over the inner 80 % of a contact that ends there, relative to its mean."""
+    inner = pressure[places < _INNER * end]
     if inner.size < 3:
         return 0.0
     alternation = inner[1:-1] - (inner[2:] + inner[:-2]) / 2

@@ -9,7 +9,6 @@ difference of two discs. Rings grow in proportion to their radius, since the con
 it wears and its edge may be anywhere.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -19,7 +18,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.physics.local.contact_solvers import Contact, Extent, solve_by_active_set
-from tribopipe.physics.local.nodes import graded
+from tribopipe.physics.local.nodes import graded, roughness, vanishing
 
 _FROM_EDGE = 3
 _TO_START = 20
@@ -72,8 +71,8 @@ class Rings:
         contact = solve_by_active_set(compliance, self.gap + worn, self.areas, self.normal_load, touching)
         if contact.pressure[-1] > 0 and self.gap[-1] > self.gap.min():
             raise ContactError(
-                "local wear: found a contact that reaches the last ring; expected it to end before; simulate less "
-                "wear, or use rings further out"
+                "local wear: found a contact area that reaches the last ring; expected a smaller contact area; "
+                "simulate less wear, or use rings further out"
             )
         return contact
 
@@ -90,16 +89,10 @@ class Rings:
         last = int(np.flatnonzero(contact.pressure)[-1])
         edge, width = self.edges[last + 1], self.edges[last + 1] - self.edges[last]
         for first in (last - _FROM_EDGE, last - 1):
-            if first >= 0 and (zero := self._zero(contact.pressure, first)) <= edge + width / 2:
+            if first >= 0 and (zero := vanishing(self.radius, contact.pressure, first)) <= edge + width / 2:
                 edge = min(max(zero, self.edges[last]), self.edges[-1])
                 break
         return Extent(float(edge), float(edge))
-
-    def _zero(self, pressure: Column, first: int) -> float:
-        """Return where the line of p² over r² through a ring and the next one is zero, m."""
-        two = slice(first, first + 2)
-        (inner, outer), (p, q) = self.radius[two] ** 2, pressure[two] ** 2
-        return math.sqrt(outer + q * (outer - inner) / (p - q)) if p > q else math.inf
 
     def volume(self, worn: Column) -> float:
         """Return the wear volume, m³."""
@@ -112,11 +105,7 @@ class Rings:
 
     def roughness(self, contact: Contact) -> float:
         """Return the alternation of pressure over the inner 80 % of the contact, relative to its mean."""
-        inner = contact.pressure[self.radius < 0.8 * self.extent(contact).half_width]
-        if inner.size < 3:
-            return 0.0
-        alternation = inner[1:-1] - (inner[2:] + inner[:-2]) / 2
-        return float(np.sqrt(np.mean(alternation**2)) / 2 / np.mean(inner))
+        return roughness(self.radius, contact.pressure, self.extent(contact).half_width)
 
     def refreshed(self, worn: Column) -> Self:  # noqa: ARG002
         """Return itself: a half space stays one."""

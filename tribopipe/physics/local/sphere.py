@@ -144,10 +144,10 @@ _SHALLOW = 1e-9
 
 @dataclass(frozen=True)
 class LocalSphere:
-    """A whole sphere, worn against the disc by the pressure at each of its points."""
+    """A full sphere, worn against the disc by the pressure at each of its points."""
 
     even: SphericalPin
-    """The same sphere by the GIWM."""
+    """The same sphere with the GIWM."""
 
     @cached_property
     def _hertz(self) -> tuple[Column, Column]:
