@@ -190,9 +190,7 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     for verdict in law.runs:
         assert f"{verdict.id}: {verdict.sentence}" in result.output
         assert f" {verdict.id} {verdict.role} " in f" {plain(result.output)}"
-    assert re.search(
-        r"scatter of k_D of the pin between the 2 runs: \d+\.\d %; within a run: ", result.output.replace("%", " %")
-    )
+    assert re.search(r"between-run scatter of k_D of the pin \(2 runs\): \d+\.\d %; within a run: ", result.output)
     assert f"figures in {Path('archive') / 'figures'}" in result.output
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(home / "archive" / "figures") == drawn

@@ -101,9 +101,9 @@ def export_dataset(
 def _path(ro_crate: Path | None, eln: Path | None) -> Path:
     """Return the path of the data set to write."""
     if (ro_crate is None) == (eln is None):
-        raise typer.BadParameter("state the file to write: --ro-crate OUT, or --eln OUT.eln")
+        raise typer.BadParameter("specify the file to write: --ro-crate OUT or --eln OUT.eln")
     if eln is not None and eln.suffix.lower() != ".eln":
-        raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
+        raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a file name that ends in .eln")
     return ro_crate or eln or Path()
 
 
@@ -142,7 +142,7 @@ def import_crate(
     crate: Annotated[
         Path,
         typer.Argument(
-            help="RO-Crate or .eln file that `tribopipe export` wrote, packed or unpacked.", metavar="CRATE"
+            help="RO-Crate or .eln file written by `tribopipe export`, packed or unpacked.", metavar="CRATE"
         ),
     ],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -150,9 +150,9 @@ def import_crate(
 ) -> None:
     """Import the runs and studies of an exported dataset.
 
-    Every file is held against the SHA-256 that the crate shows, and against the seal in it. One that is in the archive
-    already and the same stays; one of the same id and other content is refused. A dataset.toml of the crate is written
-    next to the archive where there is none.
+    Every file is checked against its SHA-256 in the crate and against its seal. Runs and studies that are already in
+    the archive are left unchanged; an ID that is already used for different content is an error. The dataset.toml of
+    the crate is written next to the archive if none exists.
     """
     from tribopipe.extras.fair.restore import restore
 

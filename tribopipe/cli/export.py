@@ -73,8 +73,10 @@ def umeshmotion(
     jtyp: Annotated[
         Literal["0", "1", "none"],
         typer.Option(
-            help="JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none leaves the argument "
-            "out, as ABAQUS 6.5 and 6.6 document it."
+            help=(
+                "JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none omits the "
+                "argument, as documented for ABAQUS 6.5 and 6.6."
+            ),
         ),
     ] = "0",
     output: Annotated[Path | None, typer.Option("--output", help="Output folder; default: umeshmotion-ID.")] = None,
@@ -141,14 +143,16 @@ def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | N
 
     if law not in ("archard", "sarkar"):
         raise FitError(
-            f"{run_id}: found the law {law} to write a subroutine of; expected archard or sarkar; fit one of these"
+            f"{run_id}: found the wear law {law}; expected archard or sarkar, for which a subroutine can be written; "
+            "fit one of these laws"
         )
     if law == "archard":
         return None
     path = known if given is None else friction_path(given)
     if not isinstance(path, ExponentialFriction):
         raise FitError(
-            f"{run_id}: found no friction by Eq. 7; expected it, since Sarkar's law needs μ(s); give it, --friction "
+            f"{run_id}: found no fit of μ(s) (Eq. 7), which Sarkar's law requires; expected its parameters; specify "
+            "--friction "
             '"A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` where friction was recorded'
         )
     return path
@@ -166,8 +170,8 @@ def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
     if fit is not None:
         return fitted_wear(run_id, fit)
     raise FitError(
-        f"{run_id}: found no k_D under {law_title(law)}; expected a fit; run `tribopipe fit {run_id} --law {law}`, "
-        "or give one with --wear-coefficient"
+        f"{run_id}: found no k_D of {law_title(law)}; expected a fitted k_D; run `tribopipe fit {run_id} --law {law}`, "
+        "or specify k_D with --wear-coefficient"
     )
 
 
@@ -205,8 +209,8 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
     stated = manifest.nominal_speed
     if stated is None:
         raise ContactError(
-            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected it, since the mesh is moved at a "
-            'rate; add it to run.toml and ingest the run again, or give it, --speed "400 mm/s"'
+            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected the speed, from which the wear "
+            'rate of the mesh is calculated; add it to run.toml and ingest the run again, or specify --speed "400 mm/s"'
         )
     return stated.value
 
@@ -216,7 +220,7 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
-        raise typer.BadParameter(f'state the end of the wear: --until "{manifest.progress.example}"')
+        raise typer.BadParameter(f'specify the end of the simulation: --until "{manifest.progress.example}"')
     return own
 
 

@@ -35,9 +35,9 @@ def export_csv(
 ) -> None:
     """Write columns of runs as CSV.
 
-    The files are called <id>-<what>.csv, with every number to the last digit, in the unit of the archive.
+    The files are called <id>-<what>.csv. Numbers have full precision and the units of the archive.
 
-    A run folder with the raw columns and the run's run.toml gives the same run again.
+    A run folder made of the raw columns and the run.toml of the run yields the same run.
     """
     from tribopipe.pipeline.output_paths import require_free
 
@@ -141,7 +141,8 @@ def export_runs(
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
-    Numbers are in the unit of the heading, with their u. CSV files and workbooks have all columns, with u in separate
+    Numbers are in the unit of the heading, with their standard uncertainties u. CSV files and workbooks have all
+    columns, with u in separate
     columns; LaTeX and Markdown have the columns that ls shows.
     """
     from tribopipe.archive.catalog.listing import columns_named
@@ -151,11 +152,11 @@ def export_runs(
 
     suffix = ".csv" if output is None else output.suffix.lower() or ".csv"
     if suffix not in FORMS:
-        raise typer.BadParameter(f"--output: found a name that ends in {suffix}; expected one in {', '.join(FORMS)}")
+        raise typer.BadParameter(f"--output: found the suffix {suffix}; expected one of {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found it with a {suffix} file; expected {' or '.join(WITH_COMMAS)}; a workbook has "
-            "the decimal sign of the program that opens it"
+            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal sign of a "
+            "workbook is that of the program that opens it"
         )
     require_free([] if output is None else [output], force=force)
     chosen = None if columns is None else columns_named(columns)

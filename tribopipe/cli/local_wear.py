@@ -60,7 +60,7 @@ def local_wear(
     runs: Annotated[
         list[str] | None,
         typer.Argument(
-            help="IDs of archived runs, or folders of runs; none for every archived run.",
+            help="IDs of archived runs, or run folders; default: all archived runs.",
             metavar="ID|RUN",
             autocompletion=archived_ids,
         ),
@@ -69,8 +69,8 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the crowned and once for the flat '
-            "one, as V = k_D·F_N·s has it. By default the archived fit's."
+            help='k_D with V = k_D·F_N·s, such as "13.5e-9 mm^3/(N*mm)"; for two discs, specify the option twice, for '
+            "the crowned disc and for the cylindrical disc. Default: from the archived fit."
         ),
     ] = None,
     engine: Annotated[
@@ -80,24 +80,30 @@ def local_wear(
     scheme: Annotated[
         Scheme,
         typer.Option(
-            help="Wear with the pressure at the end of each step, or at its start as in the paper; or UMESHMOTION's "
-            "economy, which corrects the contact instead of solving it again."
+            help=(
+                "Pressure at the end of each step (implicit), at its start as in the paper (explicit), or "
+                "economy as in UMESHMOTION: the contact is corrected instead of solved again."
+            ),
         ),
     ] = "implicit",
     at: Annotated[
         list[str] | None,
         typer.Option(help='Sliding distance to wear to, "500 m", or rotations of discs, "1e6"; may be repeated.'),
     ] = None,
-    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps for each power of ten.")] = 16,
+    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps per decade.")] = 16,
     update_mesh_every: Annotated[
         int,
         typer.Option(
             min=0,
-            help="Steps after which finite elements follow the worn shape, and the economy solves contact; 0: never.",
+            help=(
+                "Steps between updates of the finite elements to the worn shape (economy: between contact "
+                "solutions); 0: never."
+            ),
         ),
     ] = 50,
     stress_loss: Annotated[
-        float, typer.Option(min=0, max=0.5, help="Share of its stresses that an increment of the economy loses.")
+        float,
+        typer.Option(min=0, max=0.5, help="Fraction of the stresses that is lost in each increment of the economy."),
     ] = 0.0,
     figures: Annotated[Path | None, typer.Option(help="Folder to save figures into.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -109,8 +115,8 @@ def local_wear(
 
     The Global Incremental Wear Model, with which it is compared, takes the mean pressure.
 
-    Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
-    folder needs --wear-coefficient, and is only shown.
+    Archived runs are simulated with their own k_D up to the end of the test, and the result is archived with the
+    pressure fields. A run folder requires --wear-coefficient; its result is shown, but not archived.
     """
     from tribopipe.evaluation.wear.local import LocalOptions
     from tribopipe.pipeline.output_paths import require_folder
@@ -168,15 +174,15 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
 
     if not asked.coefficients:
         raise FitError(
-            f"{folder}: found no k_D for a run folder; expected one; give it, "
-            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and name the archived run'
+            f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify "
+            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
         )
     manifest, _ = read_manifest(manifest_path(folder))
     conditions, end = manifest.conditions, manifest.planned
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:
         raise FitError(
-            f"{folder}: found no end of the run in run.toml; expected one, or an end of the wear; add "
+            f"{folder}: found no sliding distance in run.toml; expected the end of the simulation; add "
             f'--at "{manifest.progress.example}"'
         )
     path = folder_friction(folder, conditions, asked.law, asked.recipe)

@@ -102,7 +102,7 @@ def predict(
     scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="Euler steps of the published scheme; default: 50000, or one per rotation."),
+        typer.Option(min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation."),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
@@ -148,7 +148,7 @@ def predict(
     """Predict wear at other loads, speeds, distances or slips.
 
     With a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With --from and
-    --onto, runs are predicted from others, with bands and the agreement with the law. With none of these, every
+    --onto, runs are predicted from others, with 95 % bands and the agreement with the law. With none of these, every
     archived run is predicted from the comparable run at the lightest load, and the prediction is archived.
     """
     how = load_recipe(recipe, engine)
@@ -190,7 +190,7 @@ def _predict_onto(
     as_json: bool,
 ) -> None:
     if not source or not target or beside:
-        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and nothing else")
+        raise typer.BadParameter("specify only runs to fit with --from ID and runs to predict with --onto ID")
     show_together(load_archive(folder), source, target, law, recipe, verbose=verbose, as_json=as_json)
 
 
@@ -207,7 +207,7 @@ def _predict_archived(
             tell(outcome)
             moved(outcome.run_id)
     if not outcomes:
-        say(f"Nothing to predict: no run has a comparable one under a lighter load with a k_D under {law}.")
+        say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D of {law}.")
     if as_json:
         print_json(
             {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
@@ -220,9 +220,9 @@ def _subjects(
 ) -> list[tuple[_Subject, str | None]]:
     """Return the runs to predict, each with the name of the run whose k_D it is predicted from."""
     if run is None and not ids:
-        raise typer.BadParameter("name a run: an archived ID, or --run DIR with --wear-coefficient")
+        raise typer.BadParameter("specify an archived run by its ID, or --run DIR with --wear-coefficient")
     if run is not None and ids:
-        raise typer.BadParameter("name either archived runs or --run DIR, not both")
+        raise typer.BadParameter("specify either archived runs or --run DIR, not both")
     if run is not None:
         return [(_folder(run, asked), None)]
     store = load_archive(archive)
@@ -347,12 +347,14 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     if asked.engine not in (None, fitted.engine):
         raise FitError(
             f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
-            f"{asked.engine}, since a k_D is right with its own engine only; fit again with --engine {asked.engine}"
+            f"{asked.engine}, because k_D is valid only for the engine it was fitted with; fit again with --engine "
+            f"{asked.engine}"
         )
     if asked.distance not in (None, fitted.distance):
         raise FitError(
             f"{manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
-            "since k_D means nothing under another way of counting; fit again with a recipe that sets it"
+            "because k_D is valid only for the distance convention it was fitted with; fit again with a recipe that "
+            "sets this convention"
         )
     return fitted
 
@@ -380,7 +382,7 @@ def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
-            raise typer.BadParameter(f'state where to predict: --at "{progress.example}"')
+            raise typer.BadParameter(f'specify a sliding distance: --at "{progress.example}"')
         at = [subject.end]
     return at, depths
 
@@ -391,7 +393,7 @@ def _depth(text: str) -> float:
 
     depth = parsed("--depth", text, "length")
     if depth < 0:
-        raise UnitError(f"--depth: found {text!r}; expected a wear depth, zero or more, such as '30 um'")
+        raise UnitError(f"--depth: found {text!r}; expected a wear depth of zero or more, such as '30 um'")
     return depth
 
 

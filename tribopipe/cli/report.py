@@ -89,7 +89,7 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     unknown = next((one for one in ids if one not in runs | studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
+            f"{store.folder}: found no run or study {unknown!r}; expected the ID of an archived run or study; "
             f"{did_you_mean(unknown, runs | studies)}"
         )
     if len(ids) == 1:
@@ -97,8 +97,8 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     study = next((one for one in ids if one not in runs), None)
     if study is not None:
         raise ArchiveError(
-            f"{store.folder}: found the study {study!r} among several ids; expected runs, or one study by itself; "
-            "write a report of each"
+            f"{store.folder}: found the study {study!r} among several ids; expected only runs, or a single study; "
+            "write a separate report of the study"
         )
     return False
 

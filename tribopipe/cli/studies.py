@@ -286,15 +286,15 @@ def plan(
     for found in designs:
         print_result(str(found))
         table(
-            f"  what the uncertainty of {found.of} is made of",
-            ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
+            f"  contributions to the uncertainty of {found.of}",
+            ["input", "value", "u of k_D", "share of variance", "95 % interval if halved"],
             [
                 [
                     input_label(lever.name),
                     lever.value.shown(lever.shown_in) if lever.value else "–",
-                    f"{lever.relative:.2%}",
-                    f"{lever.share:.0%}",
-                    f"±{lever.if_halved:.1%}",
+                    f"{100 * lever.relative:.2f} %",
+                    f"{100 * lever.share:.0f} %",
+                    f"±{100 * lever.if_halved:.1f} %",
                 ]
                 for lever in found.levers
             ],

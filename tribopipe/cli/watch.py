@@ -32,7 +32,7 @@ def watch(
         bool, typer.Option("--together", help="The files of each subfolder are one test; default: each file is a test.")
     ] = False,
     poll: Annotated[bool, typer.Option("--poll", help="Poll the folder, as required on network shares.")] = False,
-    once: Annotated[bool, typer.Option("--once", help="Process the present files and exit.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Process the existing files and exit.")] = False,
     jobs: Jobs = None,
     figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
     as_json: Annotated[
@@ -67,7 +67,7 @@ def watch(
     kinds: list[Kind] = []
     with alone(lab.runs), undone_by(lambda: os.write(_STDERR, f"{counted(kinds)}{os.linesep}".encode())):
         if not once:
-            say(f"watching {folder}: run folders in {lab.runs}, archive {archive}; Ctrl-C ends it")
+            say(f"watching {folder}: run folders in {lab.runs}, archive {archive}; press Ctrl-C to stop")
         for event in look_once(lab) if once else watched(lab, poll=poll):
             kinds.append(event.kind)
             _tell(event, as_json=as_json)
