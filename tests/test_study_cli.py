@@ -374,7 +374,7 @@ def test_fit_together_shows_one_coefficient_and_keeps_nothing(run_cli, home):
     result = run_cli("fit", LIGHT, AGAIN, "--together", "-v", cwd=home)
     assert result.exit_code == 0
     assert "together, Archard's law: pin k_D = (1." in result.stdout
-    assert "between the 2 runs" in result.stdout
+    assert "between-run scatter of k_D of the pin (2 runs)" in result.stdout
     assert f"{AGAIN}: Archard's law agrees with the wear at 200 mN" in result.output
     assert tree_bytes(home) == before
 

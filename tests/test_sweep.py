@@ -308,7 +308,7 @@ def test_a_table_is_taken_up_where_it_ends(swept, tmp_path):
     again = swept(TESTS, "-o", "table.csv", "--dry-run", "--json")
     assert json.loads(again.stdout) == {"cases": 4, "missing": 0}
     fewer = swept(TESTS.replace(', "30 m"', ""), "-o", "table.csv", "--dry-run")
-    assert "left out the rows of 2 cases" in fewer.stderr
+    assert "ignored the rows of 2 cases" in fewer.stderr
 
 
 @pytest.mark.slow

@@ -23,8 +23,8 @@ from tribopipe.cli.options import (
     quantity,
 )
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
-from tribopipe.cli.predict import folder_friction
 from tribopipe.cli.steps import tell
+from tribopipe.cli.subject import Given, folder_subject, is_folder
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -133,8 +133,8 @@ def local_wear(
         figures,
         force,
     )
-    folders = [folder for run in runs or () if _is_folder(run, archive) for folder in find_runs(Path(run))]
-    ids = [run for run in runs or () if not _is_folder(run, archive)]
+    folders = [folder for run in runs or () if is_folder(run, archive) for folder in find_runs(Path(run))]
+    ids = [run for run in runs or () if not is_folder(run, archive)]
     store = load_archive(archive) if ids or not folders else None
     chosen = [] if store is None else chosen_ids(store, ids)
     outcomes = []
@@ -147,11 +147,6 @@ def local_wear(
         told = [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]
         print_json({"runs": told})
     finish(outcomes)
-
-
-def _is_folder(run: str, archive: Path) -> bool:
-    """Distinguish a run folder from the id of an archived run, which has priority."""
-    return Path(run).exists() and not (archive / f"{run}.h5").exists()
 
 
 def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
@@ -168,25 +163,18 @@ def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _
 
 def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
     from tribopipe.base.errors import FitError
-    from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.wear.local import default_places, local_scenario, wear_locally
     from tribopipe.pipeline.stages import Outcome
 
-    if not asked.coefficients:
-        raise FitError(
-            f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify "
-            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
-        )
-    manifest, _ = read_manifest(manifest_path(folder))
-    conditions, end = manifest.conditions, manifest.planned
+    subject = folder_subject(folder, Given(asked.law, asked.recipe, bool(asked.coefficients)))
+    manifest, end = subject.manifest, subject.end
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:
         raise FitError(
             f"{folder}: found no sliding distance in run.toml; expected the end of the simulation; add "
             f'--at "{manifest.progress.example}"'
         )
-    path = folder_friction(folder, conditions, asked.law, asked.recipe)
-    scenario = local_scenario(manifest, asked.coefficients, asked.law, path, asked.recipe)
+    scenario = local_scenario(manifest, asked.coefficients, asked.law, subject.friction, asked.recipe)
     curves = wear_locally(scenario, places, asked.how)
     _save_figures(curves, manifest.id, asked.figures)
     return Outcome(manifest.id, "local_wear", "done", curves.result)
