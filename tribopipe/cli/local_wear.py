@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -25,6 +25,7 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
 from tribopipe.cli.steps import tell
 from tribopipe.cli.subject import Given, folder_subject, is_folder
+from tribopipe.physics.conventions import Course, Engine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -34,9 +35,6 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.wear.local import LocalOptions
     from tribopipe.pipeline.stages import Outcome
     from tribopipe.results.local_wear import LocalCurves
-
-Engine = Literal["rings", "half-space", "fe"]
-Scheme = Literal["implicit", "explicit", "economy"]
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def local_wear(
         typer.Option(help="Contact solver; by default rings for a pin and a half space for discs."),
     ] = None,
     scheme: Annotated[
-        Scheme,
+        Course,
         typer.Option(
             help=(
                 "Pressure at the end of each step (implicit), at its start as in the paper (explicit), or "

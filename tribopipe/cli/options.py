@@ -4,12 +4,13 @@ import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import typer
 from typer.core import TyperGroup
 
 from tribopipe.cli.output import keep_stdout_for_json, say
+from tribopipe.physics.conventions import WearEngine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -104,7 +105,6 @@ Law = Annotated[
         help="Wear law: archard, sarkar, or a law from another package.",
     ),
 ]
-WearEngine = Literal["giwm", "volume", "local"]
 Pressure = Annotated[
     WearEngine | None,
     typer.Option(

@@ -17,7 +17,6 @@ from tribopipe.cli.options import (
     RecipeFile,
     RunIds,
     Verbose,
-    WearEngine,
     archived_ids,
     chosen_ids,
     load_archive,
@@ -30,6 +29,7 @@ from tribopipe.cli.output import finish, print_json, print_result, progress, rec
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
 from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
 
 if TYPE_CHECKING:
     from tribopipe.documents.contact import Contact
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from tribopipe.results.wear_prediction import WearPrediction
 
 Scheme = Literal["exact", "published"]
-Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class _Asked:
     radius: str | None = None
     slip: str | None = None
     crown_radius: str | None = None
-    distance: Convention | None = None
+    distance: DistanceConvention | None = None
     engine: WearEngine | None = None
 
     @property
@@ -118,7 +117,7 @@ def predict(
         str | None, typer.Option(help='Different crown radius of the crowned disc, "8 mm".')
     ] = None,
     distance: Annotated[
-        Convention | None,
+        DistanceConvention | None,
         typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides the recipe."),
     ] = None,
     engine: Pressure = None,

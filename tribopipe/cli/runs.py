@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
 
-_UNCOMPARED = {"radius_unchecked"}
-"""Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
 
 
@@ -155,8 +153,10 @@ def say_amended(outcome: "Outcome") -> None:
 
 def say_warnings(outcome: "Outcome") -> None:
     """Report what the checks warn of, and which inputs nothing in the run can be compared with."""
+    from tribopipe.cli.process_table import UNCOMPARED
+
     for finding in outcome.findings:
-        if finding.severity == "warning" or finding.code in _UNCOMPARED:
+        if finding.severity == "warning" or finding.code in UNCOMPARED:
             say(f"{outcome.run_id}: {finding.severity}: {finding}")
 
 
