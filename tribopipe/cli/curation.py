@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import exit_with, print_json, print_result, record_json, seen
 
 if TYPE_CHECKING:
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 
 By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
-ArchivedIds = Annotated[
-    list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)
-]
 
 
 def mark_bad(
@@ -170,7 +167,7 @@ def removed_ids(context: typer.Context) -> list[str]:
 
 
 def remove(
-    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: ArchivedIds,
     study: OfStudies = False,
     force: Annotated[bool, typer.Option("--force", help="Also remove runs that are used in a study.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

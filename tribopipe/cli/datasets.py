@@ -5,9 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, HelpPanels, archived_ids, load_archive
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    HelpPanels,
+    Replace,
+    archived_names,
+    load_archive,
+)
 from tribopipe.cli.output import exit_with, print_json, print_result, progress, say
-from tribopipe.cli.studies import archived_studies
 
 if TYPE_CHECKING:
     from tribopipe.documents.dataset import Dataset
@@ -36,18 +43,13 @@ class ExportGroup(HelpPanels):
         return [*super().get_params(ctx), *own]
 
 
-def _archived(context: typer.Context) -> list[str]:
-    """Complete ids of archived runs and studies."""
-    return [*archived_ids(context), *archived_studies(context)]
-
-
 def export_dataset(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
             help="IDs of archived runs and studies, a study with its runs; default: all.",
             metavar="ID",
-            autocompletion=_archived,
+            autocompletion=archived_names,
         ),
     ] = None,
     ro_crate: Annotated[
@@ -65,7 +67,7 @@ def export_dataset(
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.

@@ -13,6 +13,7 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     Law,
+    Replace,
     archived_ids,
     load_archive,
     quantity,
@@ -68,7 +69,7 @@ def umeshmotion(
     ] = "0",
     output: Annotated[Path | None, typer.Option("--output", help="Output folder; default: umeshmotion-ID.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_date
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, Replace, load_archive
 from tribopipe.cli.output import exit_with, print_file, print_json, print_result, progress, say
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _Job = tuple[str, str, Path]
 
 
 def export_csv(
-    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: ArchivedIds,
     what: Annotated[
         str | None,
         typer.Option(
@@ -30,7 +30,7 @@ def export_csv(
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Write columns of runs as CSV.
@@ -137,7 +137,7 @@ def export_runs(
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    force: Replace = False,
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 

@@ -9,7 +9,7 @@ import typer
 
 from tribopipe.base.errors import ManifestError
 from tribopipe.cli.formats import ReaderName, SheetName
-from tribopipe.cli.options import AsJson
+from tribopipe.cli.options import AsJson, Template
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
 
 if TYPE_CHECKING:
@@ -33,9 +33,7 @@ def new(
     run_id: Annotated[
         str | None, typer.Option("--id", help="ID of the run; default: from the name of the first file.")
     ] = None,
-    template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
-    ] = None,
+    template: Template = None,
     reader: ReaderName = None,
     settings: Annotated[
         list[str] | None,

@@ -33,6 +33,17 @@ def archived_ids(context: typer.Context) -> list[str]:
     return sorted(path.stem for path in found if path.stem.isprintable())
 
 
+def archived_studies(context: typer.Context) -> list[str]:
+    """Complete ids of archived studies."""
+    folder = Path(context.params.get("archive") or DEFAULT_ARCHIVE) / "studies"
+    return sorted(path.stem for path in folder.glob("*.h5"))
+
+
+def archived_names(context: typer.Context) -> list[str]:
+    """Complete ids of archived runs and studies."""
+    return [*archived_ids(context), *archived_studies(context)]
+
+
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
 AsJson = Annotated[
     bool, typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document on stdout.")
@@ -40,6 +51,12 @@ AsJson = Annotated[
 Verbose = Annotated[
     int, typer.Option("--verbose", "-v", count=True, help="Show tables with -v, and all details with -vv.")
 ]
+ArchivedIds = Annotated[
+    list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)
+]
+Replace = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+Figures = Annotated[bool, typer.Option(help="Save figures next to the archive.")]
+Template = Annotated[Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")]
 Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
 Amend = Annotated[
     bool,

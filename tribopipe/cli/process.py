@@ -3,9 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
@@ -13,6 +11,7 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     FigureFormats,
+    Figures,
     Force,
     JobsOnAllCores,
     Part,
@@ -44,7 +43,7 @@ def process(
     force: Force = False,
     amend: Amend = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
+    figures: Figures = True,
     figure_formats: FigureFormats = None,
     jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Jobs, RecipeFile, crew, load_recipe
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Figures, Jobs, RecipeFile, Template, crew, load_recipe
 from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_json, print_result, say
 
 if TYPE_CHECKING:
@@ -17,9 +17,7 @@ _STDERR = 2
 
 def watch(
     folder: Annotated[Path, typer.Argument(help="Folder with the exports of the instruments; it is only read.")],
-    template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
-    ] = None,
+    template: Template = None,
     runs: Annotated[
         Path | None, typer.Option("--runs", help="Folder for run folders; default: runs, next to the archive.")
     ] = None,
@@ -34,7 +32,7 @@ def watch(
     poll: Annotated[bool, typer.Option("--poll", help="Poll the folder, as required on network shares.")] = False,
     once: Annotated[bool, typer.Option("--once", help="Process the existing files and exit.")] = False,
     jobs: Jobs = None,
-    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
+    figures: Figures = True,
     as_json: Annotated[
         bool,
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each event."),
