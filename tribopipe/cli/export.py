@@ -19,7 +19,7 @@ from tribopipe.cli.options import (
     quantity,
 )
 from tribopipe.cli.output import print_json, print_result, record_json, say
-from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, is_folder
+from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, is_folder, no_coefficient
 
 if TYPE_CHECKING:
     from tribopipe.documents.manifest import RunManifest
@@ -101,6 +101,8 @@ def _subject(run: str, archive: Path, given: Given) -> Subject:
             "written; fit one of these laws"
         )
     if is_folder(run, archive):
+        if not given.has_coefficient:
+            raise typer.BadParameter(no_coefficient(Path(run)))
         return folder_subject(Path(run), given)
     return archived_subject(load_archive(archive), run, given)
 

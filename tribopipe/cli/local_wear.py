@@ -24,7 +24,7 @@ from tribopipe.cli.options import (
 )
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
 from tribopipe.cli.steps import tell
-from tribopipe.cli.subject import Given, folder_subject, is_folder
+from tribopipe.cli.subject import Given, folder_subject, is_folder, no_coefficient
 from tribopipe.physics.conventions import Course, Engine
 
 if TYPE_CHECKING:
@@ -164,7 +164,9 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
     from tribopipe.evaluation.wear.local import default_places, local_scenario, wear_locally
     from tribopipe.pipeline.stages import Outcome
 
-    subject = folder_subject(folder, Given(asked.law, asked.recipe, bool(asked.coefficients)))
+    if not asked.coefficients:
+        raise FitError(no_coefficient(folder))
+    subject = folder_subject(folder, Given(asked.law, asked.recipe, has_coefficient=True))
     manifest, end = subject.manifest, subject.end
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:

@@ -28,7 +28,7 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
-from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject
+from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, no_coefficient
 from tribopipe.physics.conventions import DistanceConvention, WearEngine
 
 if TYPE_CHECKING:
@@ -207,6 +207,8 @@ def _subjects(
         raise typer.BadParameter("specify either archived runs or --run DIR, not both")
     given = Given(asked.law, asked.recipe, bool(asked.coefficients), asked.friction)
     if run is not None:
+        if not asked.coefficients:
+            raise typer.BadParameter(no_coefficient(run))
         return [(folder_subject(run, given), None)]
     store = load_archive(archive)
     return [(archived_subject(store, one, given), None if asked.coefficients else one) for one in ids or []]

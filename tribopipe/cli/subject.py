@@ -47,16 +47,19 @@ def is_folder(run: str, archive: Path) -> bool:
     return Path(run).exists() and not (archive / f"{run}.h5").exists()
 
 
+def no_coefficient(folder: Path) -> str:
+    """Return the error for a run folder without --wear-coefficient."""
+    return (
+        f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify --wear-coefficient "
+        '"13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
+    )
+
+
 def folder_subject(folder: Path, given: Given) -> Subject:
-    """Read a run folder; its signals only if friction must be fitted. Raises ``FitError`` if no k_D is given."""
+    """Read a run folder; its signals only if friction must be fitted."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.load_and_friction import stated_path
 
-    if not given.has_coefficient:
-        raise FitError(
-            f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify "
-            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
-        )
     manifest, _ = read_manifest(manifest_path(folder))
 
     def known() -> "FrictionPath | None":
@@ -69,13 +72,21 @@ def folder_subject(folder: Path, given: Given) -> Subject:
 
 
 def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
-    """Return an archived run, with its own fit unless k_D is given. Raises ``FitError`` if its fit has no k_D."""
+    """Return an archived run, with its own fit unless k_D is given. Raises ``FitError`` if it has no fitted k_D."""
+    from tribopipe.archive.steps import WEAR_FITS
     from tribopipe.evaluation.load_and_friction import fitted_path, run_path
-    from tribopipe.pipeline.archived_results import archived_fit, archived_friction
+    from tribopipe.physics.laws import law_title
+    from tribopipe.pipeline.archived_results import archived_friction
+    from tribopipe.results.wear_fit import WearFit
 
     run, fit = store.cleaned(run_id), None
     if not given.has_coefficient:
-        fit = archived_fit(store, run_id, given.law)
+        fit = store.result(run_id, WEAR_FITS[given.law], WearFit)
+        if fit is None:
+            raise FitError(
+                f"{run_id}: found no k_D of {law_title(given.law)}; expected a fitted k_D; run `tribopipe fit {run_id} "
+                f"--law {given.law}`, or specify k_D with --wear-coefficient"
+            )
         if fit.outcome == "not fitted":
             raise FitError(
                 f"{run_id}: found no k_D (missing: {' and '.join(fit.lacks)}); expected a fitted k_D; specify k_D with "
