@@ -141,7 +141,7 @@ def _lacking(path: Path, found: "Rescued") -> "TribopipeError":
         lacking = "a damaged list of source files"
         mend = f"compare the files in {found.folder} with those named in its run.toml, and copy the missing ones"
     else:
-        lacking = f"damaged source files ({', '.join(map(seen, found.damaged))})"
+        lacking = f"damaged source files: {', '.join(map(seen, found.damaged))}"
         mend = f"copy the missing ones into {found.folder}"
     return ArchiveError(f"{path}: found {lacking}; expected intact source files; {mend} from the instrument")
 
