@@ -392,7 +392,7 @@ def test_new_run_is_archived_and_fitted_beside_a_damaged_file(run_cli, sample_ru
     assert result.exit_code in (1, 3)
     assert len([line for line in result.stderr.splitlines() if line.startswith("error: ")]) == 1
     assert "broken.h5" in result.stderr
-    assert "k_D by Archard" in result.stdout
+    assert "k_D, Archard" in result.stdout
     assert "steps done" in result.stderr
 
 
@@ -451,18 +451,18 @@ SARKAR = [*K_D, "--law", "sarkar", "--friction"]
 OPTIONS = {
     "k_D without unit": (["--wear-coefficient", "13.5e-9"], ["--wear-coefficient", "'13.5e-9'", "mm^3/(N*mm)"]),
     "k_D in the unit of pressure": (["--wear-coefficient", "1 MPa"], ["--wear-coefficient", "'MPa'", "mm^3/(N*mm)"]),
-    "k_D below zero": (["--wear-coefficient", "-1 mm^2/N"], ["--wear-coefficient", "'-1 mm^2/N'", "above zero"]),
+    "k_D below zero": (["--wear-coefficient", "-1 mm^2/N"], ["--wear-coefficient", "'-1 mm^2/N'", "positive"]),
     "k_D that is text": (["--wear-coefficient", "much"], ["--wear-coefficient", "'much'", "13.5e-9 mm^3/(N*mm)"]),
     "friction in another form": ([*SARKAR, "0.4"], ["--friction", "'0.4'", "A=0.226 b=0.496 c=32.877 m"]),
     "friction with a bare distance": ([*SARKAR, "A=0.2 b=0.4 c=32"], ["--friction", "'32'", "distance", "500 m"]),
     "friction with a text": ([*SARKAR, "A=x b=0.4 c=32 m"], ["--friction", "'x'", "ratio"]),
-    "friction with no running-in": ([*SARKAR, "A=0.2 b=0.4 c=0 m"], ["--friction", "c = 0 m", "above zero"]),
+    "friction with no running-in": ([*SARKAR, "A=0.2 b=0.4 c=0 m"], ["--friction", "c = 0 m", "positive"]),
     "distance in kg": ([*K_D, "--at", "5 kg"], ["--at", "'kg'", "distance"]),
     "distance below zero": ([*K_D, "--at", "-5 m"], ["--at", "-5", "zero"]),
     "distance without unit": ([*K_D, "--at", "500"], ["--at", "'500'", "without a unit", "500 m"]),
     "depth beyond the tip": ([*K_D, "--depth", "2 mm"], ["2000 µm", "tip", "794", "check"]),
     "distance beyond the tip": ([*K_D, "--at", "1e9 km"], ["tip", "check", "distance"]),
-    "load of zero": ([*K_D, "--load", "0 N"], ["--load", "'0 N'", "above zero"]),
+    "load of zero": ([*K_D, "--load", "0 N"], ["--load", "'0 N'", "positive"]),
     "speed in metres": ([*K_D, "--speed", "3 m"], ["--speed", "'m'", "speed"]),
     "radius in volts": ([*K_D, "--radius", "3 V"], ["--radius", "'V'", "length"]),
 }

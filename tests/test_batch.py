@@ -165,7 +165,7 @@ def test_workers_end_with_who_began_them_and_leave_nothing_half_written(tmp_path
         said = begun.stderr.read()  # until the last of them has ended
     assert leftovers(tmp_path) == []
     if number == "SIGINT":
-        assert said == "interrupted; what was archived is kept, and the same command goes on from there\n"
+        assert said == "interrupted; archived results are kept; run the same command again to continue\n"
         assert begun.returncode == 130
 
 

@@ -304,7 +304,7 @@ def test_the_command_needs_an_archive_and_the_bundle(run_cli, archive, tmp_path,
     monkeypatch.setattr(app, "BUNDLE", tmp_path)
     missing = run_cli("browse", "--archive", tmp_path / "nowhere")
     assert (missing.exit_code, missing.stderr.count("\n")) == (1, 1)
-    assert "found no archive there" in missing.stderr
+    assert "found no archive in this folder" in missing.stderr
     unbuilt = run_cli("browse", "--archive", archive)
     assert (unbuilt.exit_code, unbuilt.stderr.count("\n")) == (1, 1)
     assert "npm ci && npm run build" in unbuilt.stderr

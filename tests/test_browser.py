@@ -207,7 +207,7 @@ def test_run_page_has_three_screens_until_its_parts_are_opened(page, site, run_i
     assert page.locator("main").inner_text().count("k_D") <= 3
     expect(page.get_by_text("Status: wear coefficient identified")).to_be_visible()
 
-    archard = "Wear coefficient by Archard's law"
+    archard = "Wear coefficient (Archard's law)"
     page.get_by_role("navigation", name="On this page").get_by_role("link", name=archard).click()
     expect(page.get_by_role("table", name=re.compile("budget of k_D")).first).to_be_visible()
     page.evaluate("window.dispatchEvent(new Event('beforeprint'))")

@@ -68,12 +68,13 @@ WAITS = "import time\ndef main():\n    print('begun', flush=True)\n    time.slee
 
 @posix
 @pytest.mark.parametrize(
-    ("number", "how"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (1, "ended with its terminal")]
+    ("number", "how"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (1, "ended because the terminal was closed")],
 )
 def test_a_signal_ends_the_command_with_one_sentence(number, how):
     done = interrupted(WAITS, number)
     assert done.returncode == 128 + number
-    assert done.stderr == f"{how}; what was archived is kept, and the same command goes on from there\n"
+    assert done.stderr == f"{how}; archived results are kept; run the same command again to continue\n"
 
 
 @posix

@@ -279,7 +279,7 @@ ASKED = {
     "slip of -100 %": ((RUN, "--slip", "-100 %"), 1, ("--slip", "greater than -100 %")),
     "slip that is none": ((RUN, "--slip", "much"), 1, ("--slip", "much")),
     "slip not a number": ((RUN, "--slip", "nan"), 1, ("--slip", "nan")),
-    "load of zero": ((RUN, "--load", "0 mN"), 1, ("--load", "0 mN", "above zero")),
+    "load of zero": ((RUN, "--load", "0 mN"), 1, ("--load", "0 mN", "positive")),
     "crown of zero": ((RUN, "--crown-radius", "0 mm"), 1, ("--crown-radius", "0 mm")),
     "crown smaller than the contact": ((RUN, "--crown-radius", "1 nm"), 1, ("as large as the crown", "check load")),
     "rotations below zero": ((RUN, "--at", "-3"), 1, ("--at", "-3")),
@@ -296,7 +296,7 @@ ASKED = {
         2,
         ("found one too many; expected one of the curved_disc and one of the flat_disc",),
     ),
-    "coefficient of zero": ((RUN, "--wear-coefficient", "0 mm^3/(N*mm)"), 1, ("--wear-coefficient", "above zero")),
+    "coefficient of zero": ((RUN, "--wear-coefficient", "0 mm^3/(N*mm)"), 1, ("--wear-coefficient", "positive")),
     "slip of a pin": ((PIN, "--slip", "4 %"), 2, ("--slip is of two discs",)),
     "crown of a pin": ((PIN, "--crown-radius", "4 mm"), 2, ("--crown-radius is of two discs", "--radius")),
     "two coefficients of a pin": (

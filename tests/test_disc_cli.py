@@ -62,7 +62,7 @@ def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path)
         (("ls", "--columns", "id,steps"), ("drift, friction, specific wear, Sarkar",)),
         (
             ("show", RUN, "-v"),
-            ("wear_fit_sarkar", "budget of k_D of the crowned disc", "wear volume of the crowned disc"),
+            ("wear_fit_sarkar", "uncertainty budget of k_D of the crowned disc", "wear volume of the crowned disc"),
         ),
     ):
         result = run_cli(*command, cwd=tmp_path)
@@ -87,7 +87,7 @@ def test_show_says_everything_in_json(run_cli, home):
 
 def test_show_has_the_other_ways_of_counting(run_cli, home):
     said = run_cli("show", RUN, "-v", cwd=home).stdout
-    assert "k_D with other conventions of sliding distance" in said
+    assert "k_D with other sliding-distance conventions" in said
     assert re.search(r"contact-width +│? *\S+×10⁻", said) or "contact-width" in said
     assert "volume-conserving" in said
 

@@ -53,7 +53,7 @@ def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
         fitted_curves(corrected.run, fit_wear(corrected, law, friction), friction) for law in ("archard", "sarkar")
     ]
     figure = plot_wear(corrected, curves)
-    assert labels(figure) >= {"pin wear, corrected", "Archard, fitted", "Sarkar, fitted"}
+    assert labels(figure) >= {"corrected pin wear", "Archard, fitted", "Sarkar, fitted"}
     upper, lower = figure.axes
     assert upper.get_ylabel() == "pin wear depth / µm"
     assert lower.get_xlabel() == "sliding distance s / m"
@@ -108,7 +108,7 @@ def test_friction_without_a_known_distance_is_one_panel_against_time(sample_arch
     assert ax.get_xlabel() == "time / s"
     steady = next(line for line in ax.lines if line.get_label() == "steady value b")
     assert set(steady.get_ydata()) == {fit.steady_state.value}
-    assert ax.texts[0].get_text().endswith("the sliding distance is not known")
+    assert ax.texts[0].get_text().endswith("sliding distance unknown")
     assert "\n" not in ax.texts[0].get_text()
 
 
@@ -163,7 +163,7 @@ def test_raw_signal_that_would_flatten_the_cleaned_one_is_off_the_scale(sample_a
     cleaned = clean_run(raw)
     figure = plot_clean_up(raw, cleaned.run, cleaned.record)
     assert labels(figure) == {"preprocessed"}
-    assert "as recorded: off the scale" in [text.get_text() for text in figure.axes[0].texts]
+    assert "as recorded (off scale)" in [text.get_text() for text in figure.axes[0].texts]
 
 
 def test_clean_up_figure_has_at_most_six_panels(sample_archive):

@@ -308,7 +308,7 @@ def test_commands_of_several_words_have_their_help(run_cli):
     ("topic", "told"),
     [
         ("unit-eror", "did you mean 'unit-error'?"),
-        ("Hegadekatte", "pages that speak of it: "),
+        ("Hegadekatte", "related pages: "),
         ("xyzzy", "`tribopipe help` lists the pages"),
         ("", "`tribopipe help` lists the pages"),
     ],
@@ -385,7 +385,7 @@ def test_demo_leaves_a_folder_of_something_else_alone(run_cli, lab, monkeypatch)
     (lab / "thesis.docx").touch()
     refused = run_cli("demo", "--folder", lab)
     assert refused.exit_code == 1
-    assert "holds something else" in refused.stderr
+    assert "found other files in this folder" in refused.stderr
     assert [path.name for path in lab.iterdir()] == ["thesis.docx"]
 
 

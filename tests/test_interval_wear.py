@@ -116,5 +116,5 @@ def test_page_of_the_run_has_the_intervals_and_the_steady_rate():
     told = _specific_wear_told(specific_wear(weighed(lost(RAN_IN))), {})
     *_, table = told.tables
     assert (table.title, len(table.rows)) == ("wear between measurements", STOPS)
-    assert "steady rate of the pin" in str(told.facts)
+    assert "steady-state wear rate of the pin" in str(told.facts)
     assert "steady" in told.sentence

@@ -78,7 +78,7 @@ def test_discs_have_the_four_panels_of_figure_9():
         "half width $a_x$ / µm",
         "half length $a_z$ / µm",
     ]
-    assert labels(figure) == ["local", "GIWM", "GIWM as printed, Eq. 11", "local, in the middle"]
+    assert labels(figure) == ["local", "GIWM", "GIWM, Eq. 11 as published", "local, in the middle"]
     for ax, values in zip(figure.axes, (curves.course.depth * 1e6, curves.mean_pressure * 1e-6), strict=False):
         np.testing.assert_allclose(line(ax, "local").get_ydata(), values)
     printed, conserving = (curves.giwm[name].depth[-1] for name in ("giwm_as_printed", "giwm"))

@@ -177,8 +177,8 @@ def test_nobody_is_asked_without_a_terminal_and_what_is_missing_is_said(run_cli,
     made = run_cli("new", export)
     assert made.exit_code == 0
     assert made.stdout == ""
-    assert "still to be filled in: conditions.normal_load\n" in made.stderr
-    assert re.search(r"Next: see to that in (\S+run)\.toml, then tribopipe process \S+\n", made.stderr)
+    assert "still missing: conditions.normal_load\n" in made.stderr
+    assert re.search(r"Next: edit (\S+run)\.toml, then tribopipe process \S+\n", made.stderr)
     text = (lab / export.stem / "run.toml").read_text(encoding="utf-8")
     assert '# normal_load = "50 N"' in text
     assert '# rotational_speed = "328 rpm"' in text

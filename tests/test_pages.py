@@ -249,7 +249,7 @@ def test_stated_friction_and_speed_are_told(bare_run):
             "track radius": "10 mm",
             "temperature": "23 °C",
             "relative humidity": "45 %",
-            "friction stated beforehand": "A = 0.2, b = 0.5, c = 30 m",
+            "stated friction coefficient": "A = 0.2, b = 0.5, c = 30 m",
         }.items()
     )
 
@@ -302,21 +302,21 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     )  # fmt: skip
     page = stage(fit, "wear_fit_archard")
     told = facts_of(page, "")
-    assert told["k_D of the pin by Archard's law"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
+    assert told["k_D of the pin (Archard's law)"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
     assert page.notes == ("beware",)
-    assert table(page, "budget of k_D of the pin") == (
+    assert table(page, "uncertainty budget of k_D of the pin") == (
         ("normal load", "200.0 ± 2.0 mN", "run.toml", "normal", "−1.00", "1.00 %", "99.4 %"),
         ("noise of the depth signal", "–", "fit", "normal", "–", "0.08 %", "0.6 %"),
         ("Young's modulus of the disc", "304 GPa", "default", "normal", "–", "0.00 %", "0.0 %"),
     )
-    narrow = next(one for one in page.tables if one.title == "budget of k_D of the pin").without_spare()
-    assert narrow.columns == ("input", "value", "stated by", "contribution", "share of variance")
+    narrow = next(one for one in page.tables if one.title == "uncertainty budget of k_D of the pin").without_spare()
+    assert narrow.columns == ("input", "value", "source", "contribution", "share of variance")
     assert narrow.rows[0] == ("normal load", "200.0 ± 2.0 mN", "run.toml", "1.00 %", "99.4 %")
-    first, second = table(page, "k_D of the pin by Monte Carlo and first-order")
-    assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws, not yet stable", "they do not agree", "")
-    reading, measured, reported, apart = table(page, "k_D of the pin by reading and by measurement")
-    assert reading == ("depth reading alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
+    first, second = table(page, "k_D of the pin: Monte Carlo and first-order")
+    assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws (not converged)", "they do not agree", "")
+    reading, measured, reported, apart = table(page, "k_D of the pin from depth signal and measurement")
+    assert reading == ("depth signal alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
     assert (measured[1], reported[1:]) == (reported[1], ("(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)", "measurement"))
     assert apart[1] == "4.2 standard uncertainties"
 
@@ -381,8 +381,8 @@ def test_disc_fit_tells_both_discs():
     page = stage(DISC_FIT, "wear_fit_archard")
     told = facts_of(page, "")
     assert (
-        told["k_D of the crowned disc by Archard's law"]
-        == told["k_D of the cylindrical disc by Archard's law"]
+        told["k_D of the crowned disc (Archard's law)"]
+        == told["k_D of the cylindrical disc (Archard's law)"]
         == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
     )
     assert (told["correlation between the two k_D values"], told["peak pressure of the unworn contact"]) == (
@@ -392,7 +392,7 @@ def test_disc_fit_tells_both_discs():
     volume, width = table(page, "measured values and the fitted law")
     assert volume == ("wear volume of the crowned disc", "1,000,000", "0.001 mm³", "0.001 mm³")
     assert width[2:] == ("100 µm", "110 µm")
-    assert table(page, "k_D with other conventions of sliding distance")[0][0] == "line-load"
+    assert table(page, "k_D with other sliding-distance conventions")[0][0] == "line-load"
 
 
 def touching(approach, half_width, half_length, pressure):
@@ -415,8 +415,8 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "points at which depths are reached")
-    assert facts_of(page, "")["relative error of the steps"] == "+1.20%"
+    assert table(page, "predicted") == table(page, "where the wear depths are reached")
+    assert facts_of(page, "")["relative error of the steps"] == "+1.20 %"
 
 
 def test_disc_predictions_tell_every_place():
@@ -462,8 +462,8 @@ def test_local_wear_stands_beside_the_global_model():
         **depths, **pressures, sliding_distance=q(1, "m"), contact_radius=q(1e-5, "m"), wear_volume=q(1e-12, "m^3")
     )
     page = stage(local_result((pin,)), "local_wear_archard")
-    (row,) = table(page, "local wear of the pin, and pressure on it")
-    assert row[:4] == ("1 m", "1 µm", "1 µm", "+1.00%")
+    (row,) = table(page, "local wear of the pin and contact pressure")
+    assert row[:4] == ("1 m", "1 µm", "1 µm", "+1.00 %")
     assert facts_of(page, "")["grid points"] == "64 × 32"
     parts = {f"{disc}_disc_wear_{what}": q(1e-12, unit) for disc in ("curved", "flat")
              for what, unit in (("depth", "m"), ("volume", "m^3"))}  # fmt: skip
@@ -471,7 +471,7 @@ def test_local_wear_stands_beside_the_global_model():
         **(depths | {"difference": None}), **pressures, **parts, rotations=q(10, "1"), slip_rotations=q(1, "1"),
         half_width=q(1e-5, "m"), half_length=q(1e-5, "m"),
     )  # fmt: skip
-    (row,) = table(stage(local_result((discs,)), "local_wear_archard"), "local wear of both discs, and pressure")
+    (row,) = table(stage(local_result((discs,)), "local_wear_archard"), "local wear of both discs and contact pressure")
     assert (row[0], row[3]) == ("10", "–")
 
 
@@ -547,7 +547,7 @@ def test_study_page_tells_verdicts_and_all_else():
     )
     assert shapes.rows == (("a", "0.500 ± 0.010", "0.502", "0.005 µm, p = 0.7", "300 m", "0.93, p = 0.2"),)
     assert len(engines.rows) == 1
-    assert told.sentences[0].startswith("scatter of k_D of the pin between the 2 runs: 10.0%; within a run: 2.0%; ")
+    assert told.sentences[0].startswith("between-run scatter of k_D of the pin (2 runs): 10.0 %; within a run: 2.0 %; ")
     assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
     assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m or more)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [

@@ -46,7 +46,7 @@ def test_a_part_takes_its_runs_and_leaves_what_needs_others(run_cli, short_runs,
     second = run_cli(*words, "--shard", "2/2")
     assert second.exit_code == 0
     assert {run_id for run_id, _, _ in steps_of(second)} == {HEAVY}
-    assert "Part 2 of 2 is done; `process` without --shard predicts, evaluates studies and draws." in second.stderr
+    assert "Part 2 of 2 is done; run `process` without --shard for predictions, studies and figures." in second.stderr
     assert not (tmp_path / "archive" / "figures").exists()
     assert run_cli(*words, "--shard", "1/2").exit_code == 0
     assert {name for _, name in results(tmp_path / "archive")} & {"prediction_archard", "prediction_sarkar"} == set()

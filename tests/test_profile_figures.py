@@ -54,7 +54,7 @@ def test_worn_ball():
 
 def test_profile_without_a_track_is_levelled_and_says_so():
     figure = drawn(Profile(X, 0.02 * X + 20e-9 * np.random.default_rng(1).standard_normal(len(X))))
-    assert "no track: found no feature above the noise" in words(figure)
+    assert "no wear track: found no feature above the noise" in words(figure)
     assert not any("groove" in name for name in legend(figure))
     assert figure.axes[1].get_ylabel() == "above unworn surface / nm"
 
@@ -117,14 +117,14 @@ def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):
     flat = "".join(f"{x / 100} {y / 100} {(x * 7 + y) % 5}\n" for y in range(6) for x in range(40))
     (track / "map.txt").write_text("mm mm nm\n" + flat, encoding="utf-8")
     told = run_cli("show", "map.txt", cwd=track)
-    assert "6 of 6 profiles have no track and are only leveled" in told.stderr
+    assert "6 of 6 profiles have no wear track and are only leveled" in told.stderr
     assert told.stderr.count("expected a wear track") == 1
 
 
 def test_a_file_that_is_not_there_is_no_run_either(run_cli, track):
     told = run_cli("show", "trak.txt", cwd=track)
     assert told.exit_code == 1
-    assert "trak.txt: found no such file, and no such run in archive" in told.stderr
+    assert "trak.txt: found no such file or archived run in archive" in told.stderr
     assert "did you mean 'track.txt'?" in told.stderr
 
 

@@ -390,9 +390,9 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["ari"], "found neither a run nor a study 'ari'; expected one in the archive; did you mean 'air'?"),
-        (["../air"], "found neither a run nor a study '../air'; expected one in the archive"),
-        (["air", LIGHT], "found the study 'air' among several ids; expected runs, or one study by itself"),
+        (["ari"], "found no run or study 'ari'; expected the ID of an archived run or study; did you mean 'air'?"),
+        (["../air"], "found no run or study '../air'; expected the ID of an archived run or study"),
+        (["air", LIGHT], "found the study 'air' among several ids; expected only runs, or a single study"),
         ([LIGHT, "-o", "."], "found a folder; expected the path of a file"),
     ],
 )

@@ -383,7 +383,7 @@ def test_command_tells_people_and_programs(done, run_cli):
     edit_result(done, DISC, "friction_fit", "mean", "value", factor=1.1)
     finished = run_cli("reproduce", DISC, "--archive", done.folder, "--json")
     assert finished.exit_code == 1
-    assert "friction_fit: result.mean.value is archived as" in finished.stderr
+    assert "friction_fit: result.mean.value: archived " in finished.stderr
     (told,) = json.loads(finished.stdout)["reproduced"]
     assert (told["id"], told["kind"], told["outcome"]) == (DISC, "run", "different")
     step = next(step for step in told["steps"] if step["name"] == "friction_fit")

@@ -103,7 +103,7 @@ def test_damaged_source_is_named_and_not_written(damaged, short_runs, say_rescue
     flip(damaged, bytes_of(damaged, "entry/source_files/file_1/data") + 100)
     result = say_rescue("--json")
     assert result.exit_code == 3
-    assert "found signals.csv damaged" in sentence(result)
+    assert "found damaged source files: signals.csv" in sentence(result)
     assert "from the instrument" in sentence(result)
     assert_as_recorded(tmp_path / "saved" / RUN, short_runs / RUN, ["run.toml"])
     (run,) = json.loads(result.stdout)["runs"]
@@ -114,7 +114,7 @@ def test_lost_list_of_sources_is_said(damaged, say_rescue, tmp_path, short_runs)
     cut(damaged, 0.9)
     result = say_rescue()
     assert result.exit_code == 3
-    assert "the list of its source files damaged" in sentence(result)
+    assert "a damaged list of source files" in sentence(result)
     assert_as_recorded(tmp_path / "saved" / RUN, short_runs / RUN)
 
 
@@ -231,7 +231,7 @@ def test_name_inside_is_known(name):
 def test_name_that_steers_a_terminal_is_spelt_out(damaged, say_rescue):
     with edited(damaged) as file:
         file["entry/source_files/file_1/file_name"][()] = "a\x1b[31m\nb"
-    assert "found a\\x1b[31m b damaged" in sentence(say_rescue())
+    assert "found damaged source files: a\\x1b[31m b" in sentence(say_rescue())
 
 
 def test_sources_kept_elsewhere_or_larger_than_the_file_are_not_read(damaged, tmp_path):

@@ -203,8 +203,8 @@ def test_suffix_chooses_the_form(run_cli, archive, tmp_path, runs):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["-o", "runs.ods"], "found a name that ends in .ods; expected one in .csv, .xlsx, .tex, .md"),
-        (["-o", "runs.xlsx", "--decimal-comma"], "a workbook has"),
+        (["-o", "runs.ods"], "found the suffix .ods; expected one of .csv, .xlsx, .tex, .md"),
+        (["-o", "runs.xlsx", "--decimal-comma"], "the decimal sign of a workbook"),
     ],
 )
 def test_other_forms_are_refused(run_cli, archive, options, said):

@@ -55,12 +55,12 @@ def test_page_has_headings_facts_and_tables(show, archive):
     assert shown.exit_code == 0
     lines = shown.stdout.splitlines()
     assert lines[0] == RUN
-    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "Post-test measurements", "Files as they came"):
+    for heading in ("Pin", "Disc", "Conditions", "Recorded", "Signals", "Post-test measurements", "Source files"):
         assert lines[lines.index(heading) - 1] == ""
     assert re.search(r"(?m)^  normal load +200\.0 ± 2\.0 mN$", shown.output)
-    assert re.search(r"(?m)^  k_D of the pin by Archard's law +\(", shown.output)
-    assert re.search(r"(?m)^Wear coefficient by Archard's law \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.output)
-    assert "  budget of k_D of the pin" in lines
+    assert re.search(r"(?m)^  k_D of the pin \(Archard's law\) +\(", shown.output)
+    assert re.search(r"(?m)^Wear coefficient \(Archard's law\) \(wear_fit_archard, tribopipe \S+, \S+\)$", shown.output)
+    assert "  uncertainty budget of k_D of the pin" in lines
     assert re.search(r"(?m)^ normal load +200\.0 ± 2\.0 mN +run\.toml +", shown.output)
     assert lines[-1] == str(archive / f"{RUN}.h5")
     assert STEERING.search(shown.output) is None

@@ -190,9 +190,7 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     for verdict in law.runs:
         assert f"{verdict.id}: {verdict.sentence}" in result.output
         assert f" {verdict.id} {verdict.role} " in f" {plain(result.output)}"
-    assert re.search(
-        r"scatter of k_D of the pin between the 2 runs: \d+\.\d %; within a run: ", result.output.replace("%", " %")
-    )
+    assert re.search(r"between-run scatter of k_D of the pin \(2 runs\): \d+\.\d %; within a run: ", result.output)
     assert f"figures in {Path('archive') / 'figures'}" in result.output
     drawn = {f"air-{name}.{suffix}" for name in NAMES for suffix in ("svg", "png")}
     assert files(home / "archive" / "figures") == drawn
@@ -376,7 +374,7 @@ def test_fit_together_shows_one_coefficient_and_keeps_nothing(run_cli, home):
     result = run_cli("fit", LIGHT, AGAIN, "--together", "-v", cwd=home)
     assert result.exit_code == 0
     assert "together, Archard's law: pin k_D = (1." in result.stdout
-    assert "between the 2 runs" in result.stdout
+    assert "between-run scatter of k_D of the pin (2 runs)" in result.stdout
     assert f"{AGAIN}: Archard's law agrees with the wear at 200 mN" in result.output
     assert tree_bytes(home) == before
 

@@ -303,12 +303,12 @@ def test_a_table_is_taken_up_where_it_ends(swept, tmp_path):
     assert len(lines) == 5
     path.write_bytes(b"".join([*lines[:2], *lines[3:4]]))
     told = swept(TESTS, "-o", "table.csv")
-    assert "2 of 4 cases are there already" in told.stderr
+    assert "2 of 4 cases are already computed" in told.stderr
     assert path.read_bytes() == whole
     again = swept(TESTS, "-o", "table.csv", "--dry-run", "--json")
     assert json.loads(again.stdout) == {"cases": 4, "missing": 0}
     fewer = swept(TESTS.replace(', "30 m"', ""), "-o", "table.csv", "--dry-run")
-    assert "left out the rows of 2 cases" in fewer.stderr
+    assert "ignored the rows of 2 cases" in fewer.stderr
 
 
 @pytest.mark.slow
@@ -321,7 +321,7 @@ def test_shards_make_one_table(swept, tmp_path):
     swept(TESTS, "-o", "1.csv", "--shard", "1/2", "--force")
     assert len(table_of(tmp_path / "1.csv")) == 2
     told = swept(TESTS, "-o", "all.csv", "--reuse", "1.csv", "--reuse", "2.csv")
-    assert "4 of 4 cases are there already" in told.stderr
+    assert "4 of 4 cases are already computed" in told.stderr
     assert (tmp_path / "all.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
 
 

@@ -441,7 +441,7 @@ def test_command_takes_one_archive(run_cli, whole, tmp_path):
 
 
 def test_command_on_an_archive_or_a_run_that_is_not_there(run_cli, whole, tmp_path):
-    assert "found no archive there" in run_cli("verify", tmp_path / "nothing").stderr
+    assert "found no archive in this folder" in run_cli("verify", tmp_path / "nothing").stderr
     done = run_cli("verify", whole, "--run", "si3n4-air-200")
     assert done.exit_code == 1
     assert f"did you mean '{PIN}'?" in done.stderr

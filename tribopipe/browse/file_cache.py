@@ -171,7 +171,10 @@ class RunFile(ArchivedFile):
     def _read(self, path: str) -> Column:
         with self.archive.open(self.id) as file:
             if stamp_of(self.path.stat()) != self.stamp:
-                raise ArchiveError(f"{self.path}: was replaced while it was read; expected it to stay; ask again")
+                raise ArchiveError(
+                    f"{self.path}: found that the file was replaced during reading; expected an unchanged file; "
+                    "reload the page"
+                )
             dataset: h5py.Dataset = file[path]
             if dataset.ndim != 1 or dataset.size * 8 > _LARGEST:
                 raise ArchiveError(

@@ -89,8 +89,10 @@ _HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
 }
-_NO_KEY = "found no key of this server; expected that of the address that `tribopipe browse` printed; open it again"
-_MISTAKE = "found a {0} ({1}); expected an answer; please report it with what you looked at"
+_NO_KEY = (
+    "found no access key; expected the key from the address printed by `tribopipe browse`; open that address again"
+)
+_MISTAKE = "found a {0} ({1}); expected an answer; please report this error with the address of the page"
 
 
 class Guard:
@@ -167,7 +169,7 @@ def _refusal(scope: Scope) -> tuple[int, str] | None:
     if scope["method"] != "GET":
         return 405, f"found the method {scope['method']}; expected GET; the server only reads"
     if _from_elsewhere(headers, names):
-        return 403, "found a request from another page; expected one from the server's own; open the printed address"
+        return 403, "found a request from another page; expected a request from its own pages; open the printed address"
     return None
 
 
@@ -201,5 +203,5 @@ def inside(folder: Path, relative: str) -> Path:
         if found is not None and found.is_relative_to(folder.resolve()) and found.is_file():
             return found
     raise HTTPException(
-        404, f"found no {relative!r} in {folder}; expected a file of this folder; look whether it was moved"
+        404, f"found no {relative!r} in {folder}; expected a file of this folder; check whether it was moved"
     )

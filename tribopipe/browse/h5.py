@@ -87,7 +87,7 @@ def _opened(folder: Path, file: str) -> Iterator[h5py.File]:
             yield opened
     except (LookupError, MemoryError, OSError, OverflowError, RuntimeError, TypeError, ValueError) as error:
         why = str(error).partition("\n")[0]
-        raise HTTPException(422, f"{file}: cannot be read as asked ({why}); ask for another part of it") from error
+        raise HTTPException(422, f"{file}: cannot be read as requested ({why}); open another part of it") from error
 
 
 def _encoded(content: object, encoding: Format = "json") -> Response:
@@ -110,8 +110,8 @@ def _entity(file: h5py.File, path: str) -> Part:
     if isinstance(found, NoPart):
         raise HTTPException(
             403 if found.beyond else 404,
-            f"{path} is not a valid path in this file: found {found.beyond or 'nothing'}; expected one that the file "
-            "holds itself; go back to /",
+            f"{path} is not a valid path in this file: found {found.beyond or 'nothing'}; expected a path within the "
+            "file itself; go back to /",
         )
     return found
 
@@ -148,11 +148,9 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
     dataset = _entity(file, path)
     check_attributes(dataset)
     if not isinstance(dataset, h5py.Dataset):
-        raise HTTPException(
-            422, f"found no dataset at {path}; expected one that holds values; ask for one of its members"
-        )
+        raise HTTPException(422, f"found no dataset at {path}; expected a dataset with values; open one of its members")
     if kinds is not None and dataset.dtype.kind not in kinds:
-        raise HTTPException(422, f"found {dataset.dtype} at {path}; expected real numbers; ask for others")
+        raise HTTPException(422, f"found {dataset.dtype} at {path}; expected real numbers; open another dataset")
     count, size = _selected(dataset, selection), dataset.dtype.itemsize
     if count * size > LARGEST:
         raise _too_large(f"{count:,} values")
@@ -174,13 +172,13 @@ def _selected(dataset: h5py.Dataset, selection: str | None) -> int:
 
 
 def _too_large(found: str) -> HTTPException:
-    return HTTPException(413, f"found {found}; expected at most {LARGEST:,} bytes in one answer; ask for a part of it")
+    return HTTPException(413, f"found {found}; expected at most {LARGEST:,} bytes in one answer; request a part of it")
 
 
 def _paths(path: str, found: Part) -> list[str]:
     """Return the paths of all links below a group; none is followed but those that hold what they name."""
     if not isinstance(found, h5py.Group):
-        raise HTTPException(422, f"found no group at {path}; expected one; ask for that above it")
+        raise HTTPException(422, f"found no group at {path}; expected a group; open the group above it")
     names, waiting, seen = [path], [(path.rstrip("/"), found.id)], {h5o.get_info(found.id).addr}
     while waiting:
         above, group = waiting.pop()

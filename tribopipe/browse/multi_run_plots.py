@@ -28,7 +28,9 @@ def compare(what: str, runs: Sequence[RunFile], extra: Collection[str], against:
     """
     offers = [offer for run in runs for offer in run_plots(run) if offer.name == what]
     if not offers:
-        raise HTTPException(404, f"found no {what} in these runs; expected a run that has some; choose others")
+        raise HTTPException(
+            404, f"found no {what} in these runs; expected at least one run with this plot; choose other runs"
+        )
     axes = [name for name in offers[0].axes if all(name in offer.axes for offer in offers)]
     chosen = against if against in axes else axes[0]
     wanted = {"measured", *extra}
@@ -54,13 +56,13 @@ def study_plots(study: StudyFile) -> list[PlotOffer]:
 def _together(study: StudyFile) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         runs = [run.id for run in law.runs]
-        yield _offer(study, f"wear-{law.model}", f"Wear by {law_title(law.model)}", law, runs)
+        yield _offer(study, f"wear-{law.model}", f"Wear ({law_title(law.model)})", law, runs)
 
 
 def _each(study: StudyFile) -> Iterator[PlotOffer]:
     for law in study.stored.result.laws:
         for run in law.runs:
-            title = f"{run.id}: {run.role} by {law_title(law.model)}"
+            title = f"{run.id}: {run.role}, {law_title(law.model)}"
             yield _offer(study, f"wear-{law.model}-{run.id}", title, law, [run.id])
 
 

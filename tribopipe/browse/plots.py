@@ -213,7 +213,7 @@ class PlotOffer:
 
 def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
     """Offer a plot of k_D against the friction coefficient."""
-    words = "Worn volume over load and distance in windows along each run; Sarkar's law expects k_D·√(1 + 3μ²)."
+    words = "Wear volume per load and sliding distance in windows along each run; Sarkar's law predicts k_D·√(1 + 3μ²)."
     return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
 
 
@@ -315,7 +315,7 @@ def _over_own_axes(run: RunFile) -> Iterator[PlotOffer]:
         if along is not None:
             path = f"/entry/{step}/course"
             draw = partial(_course, run, step, f"{path}/{along}")
-            title = f"Local wear by {law_title(law)}"
+            title = f"Local wear ({law_title(law)})"
             yield PlotOffer(f"local-wear-{law}", title, step, path, (along,), draw)
 
 

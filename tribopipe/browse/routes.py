@@ -138,7 +138,8 @@ def _add_downloads(router: APIRouter, library: Library, files: Files, reports: C
         path = f"/entry/source_files/file_{number}"
         if f"{path}/data" not in found.datasets:
             raise HTTPException(
-                404, f"found no source file {number} of {run_id}; expected one of its page; go back to it"
+                404,
+                f"found no source file {number} of {run_id}; expected a source file of the run; go back to its page",
             )
         with library.archive.open(run_id) as opened:
             return download([_bytes(opened[path])], str(opened[path]["file_name"].asstr()[()]))

@@ -13,7 +13,7 @@ from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, crew, require_
 from tribopipe.cli.output import finish, progress, say
 
 Port = Annotated[int, typer.Option("--port", help="Port; default: any free port.", min=0, max=65_535)]
-NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Only print the address.")]
+NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Print the address without opening a browser.")]
 SERVER_PACKAGES = ("anyio", "fastapi", "h5grove", "starlette", "uvicorn")
 """Packages of the extra web."""
 
@@ -29,7 +29,12 @@ def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser:
 
     up_to_date(archive)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # the server ends by itself, with nothing to resume
-    serve(archive, port, lambda address: say(f"{address} shows {archive}; Ctrl-C ends it"), open_browser=not no_browser)
+    serve(
+        archive,
+        port,
+        lambda address: say(f"{address} shows {archive}; press Ctrl-C to stop"),
+        open_browser=not no_browser,
+    )
 
 
 def require_server() -> None:
@@ -41,8 +46,7 @@ def require_server() -> None:
             import_module(name)
         except ImportError:
             raise ArchiveError(
-                f"found no package {name}, which the server of the web pages needs; expected it to be installed; run "
-                '`pip install "tribopipe[web]"`'
+                f'found no package {name}; expected the packages of the web server; run `pip install "tribopipe[web]"`'
             ) from None
     from tribopipe.browse.app import NOT_BUILT, is_built
 
@@ -60,7 +64,7 @@ def demo(
 ) -> None:
     """Simulate, process and browse sample runs.
 
-    Everything is written to one folder, which can be deleted afterwards. Results that already exist are shown at once.
+    Everything is written to one folder, which can be deleted afterwards. Existing results are opened.
     """
     require_server()
     _begin_demo(folder)
@@ -81,8 +85,8 @@ def _begin_demo(folder: Path) -> None:
     require_folder(folder)
     if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
         raise OutputError(
-            f"{folder}: found a folder that holds something else; expected a new one, or that of an earlier demo; name "
-            "another with --folder"
+            f"{folder}: found other files in this folder; expected a new folder or the folder of an earlier demo; "
+            "specify another folder with --folder"
         )
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(shipped(f"sample_runs/{_PLAN}"), folder / _PLAN)
@@ -98,7 +102,7 @@ def _simulate_samples(folder: Path) -> None:
     runs, begun = folder / _RUNS, folder / f".{_RUNS}.part"
     if runs.exists():
         return
-    say(f"Recording sample runs on virtual tribometers into {runs}")
+    say(f"Simulating sample runs on virtual tribometers in {runs}")
     simulate_plan(load_toml(folder / _PLAN, Plan), begun)
     for study in shipped("sample_runs").glob("*.study.toml"):
         shutil.copyfile(study, begun / study.name)
@@ -113,7 +117,7 @@ def _process_samples(runs: Path, archive: Path) -> None:
     from tribopipe.pipeline import stages
     from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
 
-    say("Processing them: drift, friction, wear coefficients with their uncertainty, predictions, studies")
+    say("Processing the runs: drift, friction, wear coefficients with uncertainties, predictions, studies")
     store, how, folders = Archive(archive), Recipe(), stages.find_runs(runs)
     studies = load_studies(find_studies(runs))
     studied = {run_id for study in studies for run_id in (*study.fit, *study.predict)}

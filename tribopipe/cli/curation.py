@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, archived_ids, load_archive
 from tribopipe.cli.output import exit_with, print_json, print_result, record_json, seen
 
 if TYPE_CHECKING:
@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 
 By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
-ArchivedIds = Annotated[
-    list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)
-]
 
 
 def mark_bad(
@@ -30,9 +27,9 @@ def mark_bad(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Mark a run as bad: left out of studies and predictions.
+    """Mark a run as bad to exclude it from studies and predictions.
 
-    It stays in the archive with everything it holds, and so does each mark: who, when, what and why.
+    The run and its data stay in the archive. Each mark is kept with author, date and reason.
     """
     store = load_archive(archive)
     mark = _mark(run_id, reason, undo=undo, by=by)
@@ -62,7 +59,7 @@ def tag(
 
     `tribopipe ls --where tag=NAME` finds them.
 
-    Nothing is forgotten: who gave or took back which tag stays in the run's file, with the date.
+    Each change is kept in the run's file with author and date.
     """
     store = load_archive(archive)
     there = {run_id: store.tags(run_id) for run_id in run_ids}
@@ -91,7 +88,7 @@ def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[
     for text in taken:
         if text not in known:
             raise ArchiveError(
-                f"{', '.join(there)}: found no tag {text!r} to remove; expected an existing one; "
+                f"{', '.join(there)}: found no tag {text!r} to remove; expected an existing tag; "
                 f"{did_you_mean(text, known)}"
             )
 
@@ -170,15 +167,15 @@ def removed_ids(context: typer.Context) -> list[str]:
 
 
 def remove(
-    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: ArchivedIds,
     study: OfStudies = False,
-    force: Annotated[bool, typer.Option("--force", help="Also runs that a study names.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Also remove runs that are used in a study.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
     """Remove runs from the archive; they can be restored.
 
-    Their files are kept in the folder removed of the archive, where no other command looks.
+    Their files are kept in the subfolder `removed` of the archive, which all other commands ignore.
     """
     from tribopipe.archive import removal
 
@@ -198,7 +195,7 @@ def restore(
 ) -> None:
     """Restore removed runs.
 
-    Of several that were removed under one id the last one is restored.
+    If several runs were removed under the same ID, the last one is restored.
     """
     from tribopipe.archive import removal
 

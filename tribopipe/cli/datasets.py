@@ -5,9 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, HelpPanels, archived_ids, load_archive
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    HelpPanels,
+    Replace,
+    archived_names,
+    load_archive,
+)
 from tribopipe.cli.output import exit_with, print_json, print_result, progress, say
-from tribopipe.cli.studies import archived_studies
 
 if TYPE_CHECKING:
     from tribopipe.documents.dataset import Dataset
@@ -36,18 +43,13 @@ class ExportGroup(HelpPanels):
         return [*super().get_params(ctx), *own]
 
 
-def _archived(context: typer.Context) -> list[str]:
-    """Complete ids of archived runs and studies."""
-    return [*archived_ids(context), *archived_studies(context)]
-
-
 def export_dataset(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
             help="IDs of archived runs and studies, a study with its runs; default: all.",
             metavar="ID",
-            autocompletion=_archived,
+            autocompletion=archived_names,
         ),
     ] = None,
     ro_crate: Annotated[
@@ -65,7 +67,7 @@ def export_dataset(
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.
@@ -101,9 +103,9 @@ def export_dataset(
 def _path(ro_crate: Path | None, eln: Path | None) -> Path:
     """Return the path of the data set to write."""
     if (ro_crate is None) == (eln is None):
-        raise typer.BadParameter("state the file to write: --ro-crate OUT, or --eln OUT.eln")
+        raise typer.BadParameter("specify the file to write: --ro-crate OUT or --eln OUT.eln")
     if eln is not None and eln.suffix.lower() != ".eln":
-        raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a name that ends in .eln")
+        raise typer.BadParameter(f"--eln: found {str(eln)!r}; expected a file name that ends in .eln")
     return ro_crate or eln or Path()
 
 
@@ -142,7 +144,7 @@ def import_crate(
     crate: Annotated[
         Path,
         typer.Argument(
-            help="RO-Crate or .eln file that `tribopipe export` wrote, packed or unpacked.", metavar="CRATE"
+            help="RO-Crate or .eln file written by `tribopipe export`, packed or unpacked.", metavar="CRATE"
         ),
     ],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -150,9 +152,9 @@ def import_crate(
 ) -> None:
     """Import the runs and studies of an exported dataset.
 
-    Every file is held against the SHA-256 that the crate shows, and against the seal in it. One that is in the archive
-    already and the same stays; one of the same id and other content is refused. A dataset.toml of the crate is written
-    next to the archive where there is none.
+    Every file is checked against its SHA-256 in the crate and against its seal. Runs and studies that are already in
+    the archive are left unchanged; an ID that is already used for different content is an error. The dataset.toml of
+    the crate is written next to the archive if none exists.
     """
     from tribopipe.extras.fair.restore import restore
 

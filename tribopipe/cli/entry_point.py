@@ -13,7 +13,7 @@ from types import FrameType
 
 from tribopipe.base.process_lifecycle import undo_all
 
-_ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended with its terminal"}
+_ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended because the terminal was closed"}
 """Signals that ask a process to end, as far as the system has them, and what is printed then."""
 _STDERR = 2
 _BY_PYTHON = warnings.formatwarning
@@ -60,9 +60,7 @@ def _end(number: int, _: FrameType | None) -> None:
     """End the process, with the exit code by which shells give a signal."""
     signal.signal(number, signal.SIG_IGN)
     undo_all()
-    said = (
-        f"{_ENDINGS[signal.Signals(number).name]}; what was archived is kept, and the same command goes on from there"
-    )
+    said = f"{_ENDINGS[signal.Signals(number).name]}; archived results are kept; run the same command again to continue"
     with suppress(OSError):
         os.write(_STDERR, f"{said}{os.linesep}".encode("ascii"))
     os._exit(128 + number)

@@ -1,7 +1,6 @@
 """Commands that write what other programs take: export umeshmotion, export csv, export runs, export dataset."""
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -14,34 +13,23 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     Law,
+    Replace,
     archived_ids,
-    friction_path,
     load_archive,
     quantity,
 )
 from tribopipe.cli.output import print_json, print_result, record_json, say
+from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, is_folder, no_coefficient
 
 if TYPE_CHECKING:
-    from tribopipe.archive.store import Archive
     from tribopipe.documents.manifest import RunManifest
-    from tribopipe.extras.abaqus.case import KnownWear, WearCase
-    from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
+    from tribopipe.extras.abaqus.case import WearCase
+    from tribopipe.physics.friction_path import ExponentialFriction
 
 export_app = typer.Typer(cls=ExportGroup, help="Export data for other programs.", no_args_is_help=True)
 export_app.command("csv")(export_csv)
 export_app.command("runs")(export_runs)
 export_app.command("dataset")(export_dataset)
-
-
-@dataclass(frozen=True)
-class _Subject:
-    """Wear as known from a run and from the command line."""
-
-    manifest: "RunManifest"
-    known: "KnownWear"
-    friction: "ExponentialFriction | None"
-    end: float | None
-    """m or rotations."""
 
 
 @export_app.command("umeshmotion")
@@ -73,13 +61,15 @@ def umeshmotion(
     jtyp: Annotated[
         Literal["0", "1", "none"],
         typer.Option(
-            help="JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none leaves the argument "
-            "out, as ABAQUS 6.5 and 6.6 document it."
+            help=(
+                "JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none omits the "
+                "argument, as documented for ABAQUS 6.5 and 6.6."
+            ),
         ),
     ] = "0",
     output: Annotated[Path | None, typer.Option("--output", help="Output folder; default: umeshmotion-ID.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Write a user subroutine of an identified wear law for ABAQUS.
@@ -87,13 +77,11 @@ def umeshmotion(
     It also writes the step for an input file, a harness that calls the subroutine without ABAQUS, and notes. The
     subroutine has been compiled and run with the harness, but not in ABAQUS.
     """
+    from tribopipe.documents.recipe import Recipe
     from tribopipe.extras.abaqus.texts import texts
 
-    if Path(run).exists() and not (archive / f"{run}.h5").is_file():
-        subject = _of_folder(Path(run), law, wear_coefficient, friction)
-    else:
-        subject = _of_archive(load_archive(archive), run, law, wear_coefficient, friction)
-    case, run_id = _case(subject, speed, until, element_size), subject.manifest.id
+    subject = _subject(run, archive, Given(law, Recipe(), wear_coefficient is not None, friction, eq_7=True))
+    case, run_id = _case(subject, law, wear_coefficient, speed, until, element_size), subject.manifest.id
     files = _write(texts(case, jtyp), output or Path(f"umeshmotion-{run_id}"), force=force)
     print_result(str(case))
     for note in case.known.notes:
@@ -103,87 +91,56 @@ def umeshmotion(
         print_json(_document(case, files))
 
 
-def _of_folder(folder: Path, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Return the conditions of run.toml with k_D from the command line."""
-    from tribopipe.documents.manifest import manifest_path, read_manifest
-    from tribopipe.evaluation.load_and_friction import stated_path
+def _subject(run: str, archive: Path, given: Given) -> Subject:
+    """Return the run to export. Raises ``FitError`` for a law of which no subroutine can be written."""
+    from tribopipe.base.errors import FitError
 
-    if coefficient is None:
-        raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
-    manifest, _ = read_manifest(manifest_path(folder))
-    conditions = manifest.conditions
-    stated = None if conditions.friction is None else stated_path(conditions.friction)
-    known = _given(manifest.id, coefficient)
-    return _Subject(manifest, known, _friction(manifest.id, law, friction, stated), manifest.planned)
-
-
-def _of_archive(store: "Archive", run_id: str, law: Law, coefficient: str | None, friction: str | None) -> _Subject:
-    """Return the subject for an archived run, with its own fit unless a k_D is given."""
-    from tribopipe.evaluation.load_and_friction import fitted_path
-    from tribopipe.pipeline.archived_results import archived_friction
-
-    run = store.cleaned(run_id)
-    path = _friction(run_id, law, friction, fitted_path(archived_friction(store, run_id)))
-    known = _fitted(store, run_id, law) if coefficient is None else _given(run_id, coefficient)
-    return _Subject(run.manifest, known, path, float(run.progress[-1]))
+    if given.law not in ("archard", "sarkar"):
+        raise FitError(
+            f"{run}: found the wear law {given.law}; expected archard or sarkar, for which a subroutine can be "
+            "written; fit one of these laws"
+        )
+    if is_folder(run, archive):
+        if not given.has_coefficient:
+            raise typer.BadParameter(no_coefficient(Path(run)))
+        return folder_subject(Path(run), given)
+    return archived_subject(load_archive(archive), run, given)
 
 
-def _given(run_id: str, text: str) -> "KnownWear":
-    from tribopipe.extras.abaqus.case import given_wear
-
-    return given_wear(run_id, quantity("--wear-coefficient", text, "wear coefficient"))
-
-
-def _friction(run_id: str, law: Law, given: str | None, known: "FrictionPath | None") -> "ExponentialFriction | None":
-    """Return μ(s) by Eq. 7 where the law needs it. Raises ``FitError`` where there is none."""
+def _friction(subject: Subject, law: Law) -> "ExponentialFriction | None":
+    """Return μ(s) from Eq. 7 if the law needs it. Raises ``FitError`` if there is none."""
     from tribopipe.base.errors import FitError
     from tribopipe.physics.friction_path import ExponentialFriction
 
-    if law not in ("archard", "sarkar"):
-        raise FitError(
-            f"{run_id}: found the law {law} to write a subroutine of; expected archard or sarkar; fit one of these"
-        )
     if law == "archard":
         return None
-    path = known if given is None else friction_path(given)
-    if not isinstance(path, ExponentialFriction):
-        raise FitError(
-            f"{run_id}: found no friction by Eq. 7; expected it, since Sarkar's law needs μ(s); give it, --friction "
-            '"A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` where friction was recorded'
-        )
-    return path
-
-
-def _fitted(store: "Archive", run_id: str, law: Law) -> "KnownWear":
-    """Return the k_D of an archived fit. Raises ``FitError`` where there is none."""
-    from tribopipe.archive.steps import WEAR_FITS
-    from tribopipe.base.errors import FitError
-    from tribopipe.extras.abaqus.case import fitted_wear
-    from tribopipe.physics.laws import law_title
-    from tribopipe.results.wear_fit import WearFit
-
-    fit = store.result(run_id, WEAR_FITS[law], WearFit)
-    if fit is not None:
-        return fitted_wear(run_id, fit)
+    if isinstance(subject.friction, ExponentialFriction):
+        return subject.friction
     raise FitError(
-        f"{run_id}: found no k_D under {law_title(law)}; expected a fit; run `tribopipe fit {run_id} --law {law}`, "
-        "or give one with --wear-coefficient"
+        f"{subject.manifest.id}: found no fit of μ(s) (Eq. 7), which Sarkar's law requires; expected its parameters; "
+        'specify --friction "A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` where friction was recorded'
     )
 
 
-def _case(subject: _Subject, speed: str | None, until: str | None, element_size: str | None) -> "WearCase":
-    from tribopipe.extras.abaqus.case import WearCase
+def _case(
+    subject: Subject, law: Law, coefficient: str | None, speed: str | None, until: str | None, element_size: str | None
+) -> "WearCase":
+    from tribopipe.extras.abaqus.case import WearCase, fitted_wear, given_wear
 
     manifest = subject.manifest
+    if subject.fit is not None:
+        known = fitted_wear(manifest.id, subject.fit)
+    else:
+        known = given_wear(manifest.id, quantity("--wear-coefficient", coefficient or "", "wear coefficient"))
     contact, nominal = manifest.described, _speed(manifest, speed)
     end = _end(manifest, until, subject.end)
     return WearCase(
         contact=contact,
         normal_load=manifest.described.pressed_by(manifest.conditions.normal_load).value,
-        known=subject.known,
+        known=known,
         speed=nominal * _slip(manifest),
         duration=end * contact.travel / nominal,
-        friction=subject.friction,
+        friction=_friction(subject, law),
         element_size=None if element_size is None else quantity("--element-size", element_size, "length").value,
     )
 
@@ -205,8 +162,8 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
     stated = manifest.nominal_speed
     if stated is None:
         raise ContactError(
-            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected it, since the mesh is moved at a "
-            'rate; add it to run.toml and ingest the run again, or give it, --speed "400 mm/s"'
+            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected the speed, from which the wear "
+            'rate of the mesh is calculated; add it to run.toml and ingest the run again, or specify --speed "400 mm/s"'
         )
     return stated.value
 
@@ -216,7 +173,7 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
-        raise typer.BadParameter(f'state the end of the wear: --until "{manifest.progress.example}"')
+        raise typer.BadParameter(f'specify the end of the simulation: --until "{manifest.progress.example}"')
     return own
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_date
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, Replace, load_archive
 from tribopipe.cli.output import exit_with, print_file, print_json, print_result, progress, say
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _Job = tuple[str, str, Path]
 
 
 def export_csv(
-    ids: Annotated[list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)],
+    ids: ArchivedIds,
     what: Annotated[
         str | None,
         typer.Option(
@@ -30,14 +30,14 @@ def export_csv(
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
+    force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
     """Write columns of runs as CSV.
 
-    The files are called <id>-<what>.csv, with every number to the last digit, in the unit of the archive.
+    The files are called <id>-<what>.csv. Numbers have full precision and the units of the archive.
 
-    A run folder with the raw columns and the run's run.toml gives the same run again.
+    A run folder made of the raw columns and the run.toml of the run yields the same run.
     """
     from tribopipe.pipeline.output_paths import require_free
 
@@ -137,11 +137,12 @@ def export_runs(
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    force: Replace = False,
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
-    Numbers are in the unit of the heading, with their u. CSV files and workbooks have all columns, with u in separate
+    Numbers are in the unit of the heading, with their standard uncertainties u. CSV files and workbooks have all
+    columns, with u in separate
     columns; LaTeX and Markdown have the columns that ls shows.
     """
     from tribopipe.archive.catalog.listing import columns_named
@@ -151,11 +152,11 @@ def export_runs(
 
     suffix = ".csv" if output is None else output.suffix.lower() or ".csv"
     if suffix not in FORMS:
-        raise typer.BadParameter(f"--output: found a name that ends in {suffix}; expected one in {', '.join(FORMS)}")
+        raise typer.BadParameter(f"--output: found the suffix {suffix}; expected one of {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found it with a {suffix} file; expected {' or '.join(WITH_COMMAS)}; a workbook has "
-            "the decimal sign of the program that opens it"
+            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal sign of a "
+            "workbook is that of the program that opens it"
         )
     require_free([] if output is None else [output], force=force)
     chosen = None if columns is None else columns_named(columns)

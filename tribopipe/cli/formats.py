@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 formats_app = typer.Typer(cls=HelpPanels, help="Show which instrument formats can be read.", no_args_is_help=True)
 ReaderName = Annotated[
     str | None,
-    typer.Option("--reader", help="Format, or a TOML file that describes one, where it should not be detected."),
+    typer.Option("--reader", help="Format, or a TOML file that describes a format; default: detected."),
 ]
 SheetName = Annotated[
-    str | None, typer.Option("--sheet", help="Sheet of a workbook, where several hold a test.", metavar="NAME")
+    str | None, typer.Option("--sheet", help="Sheet of a workbook, if several contain a test.", metavar="NAME")
 ]
 # Packages that a reader's extra brings, by the extra's name.
 _EXTRAS = {"excel": "python_calamine", "tdms": "nptdms", "surface": "SurfaceTopography"}
@@ -113,7 +113,7 @@ def _candidate(name: str, confidence: float, why: str) -> dict[str, Any]:
 
 
 def _sure(confidence: float) -> str:
-    return f"{confidence:.0%}"
+    return f"{100 * confidence:.0f} %"
 
 
 def _document(path: Path, export: "Export") -> dict[str, Any]:
@@ -182,8 +182,8 @@ def _meaning(export: "Export", column: "ReadColumn") -> str:
     from tribopipe.readers.steps import step_column
 
     meaning, unit = export.meanings.get(column.name), export.open_units.get(column.name)
-    proposed = f"; {unit.unit} is proposed by {unit.why}" if unit else ""
+    proposed = f"; {unit.unit} is suggested by {unit.why}" if unit else ""
     if meaning is None:
         steps = step_column({one.name: one.values for one in export.table.columns})
-        return (column.axis or ("numbers the steps" if column.name == steps else "–")) + proposed
+        return (column.axis or ("step number" if column.name == steps else "–")) + proposed
     return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "") + proposed

@@ -25,7 +25,10 @@ def show_help(
     asked: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Page, command, what an error or a finding names, or a question in plain words; none lists the pages.",
+            help=(
+                "Page, command, key or code from an error or a finding, or a question in plain words; default: "
+                "list of pages."
+            ),
             metavar="TOPIC",
             autocompletion=topics,
         ),
@@ -105,7 +108,7 @@ def _near(topic: str, context: typer.Context) -> str:
 
     about = pages_about(topic)[:_NAMED] if topic.strip() else []
     if about:
-        return f"pages that speak of it: {', '.join(about)}"
+        return f"related pages: {', '.join(about)}"
     near = did_you_mean(topic, [*pages(), *sections(), *_commands(context)])
     return near if near.startswith("did") else "`tribopipe help` lists the pages"
 

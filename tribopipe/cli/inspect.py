@@ -31,10 +31,12 @@ if TYPE_CHECKING:
 Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their paths.")]
 Radius = Annotated[
     str | None,
-    typer.Option(help="Radius of the ball or crown a file's profile leads across, such as '3 mm'; none if flat."),
+    typer.Option(help="Radius of the ball or crown on which the profile was measured, such as '3 mm'; default: flat."),
 ]
-PositionUnit = Annotated[str | None, typer.Option(help="Unit of a file's positions, such as mm, if it states none.")]
-HeightUnit = Annotated[str | None, typer.Option(help="Unit of a file's heights, such as um, if it states none.")]
+PositionUnit = Annotated[
+    str | None, typer.Option(help="Unit of the positions, such as mm, if the file states no unit.")
+]
+HeightUnit = Annotated[str | None, typer.Option(help="Unit of the heights, such as um, if the file states no unit.")]
 _FIGURES = Path("figures")
 """Where figures of a file are saved, in the current folder."""
 _MOST_REASONS = 4
@@ -83,9 +85,9 @@ class _Shown:
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
         """Report which profiles have no track: why of each, or of the first where there are many, as of a map."""
         if len(why) > _MOST_REASONS:
-            say(f"{len(why)} of {len(self.found)} profiles have no track and are only leveled, the first of them is:")
+            say(f"{len(why)} of {len(self.found)} profiles have no wear track and are only leveled; the first:")
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
-            say(f"{key}: no track, only leveled: {why[key]}")
+            say(f"{key}: no wear track, only leveled: {why[key]}")
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
@@ -104,7 +106,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
         source = read_source(path.parent, path.name, "show", "profile")
         read, lines, notes = profiles_in(source, named, "profile", Units(asked.position_unit, asked.height_unit))
     except ReaderError as error:
-        hint = "; or name --position-unit and --height-unit" if "found no unit" in str(error) else ""
+        hint = "; or specify --position-unit and --height-unit" if "found no unit" in str(error) else ""
         raise located(path, ReaderError(f"{error}{hint}")) from None
     keys = ["profile"] if len(lines) == 1 else [f"profile[{number}]" for number in range(len(lines))]
     profiles = dict(zip(keys, lines, strict=True))
@@ -116,7 +118,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
         return
     for note in said:
         say(f"note: {note}")
-    shown.tell(f"{path}: track across each profile")
+    shown.tell(f"{path}: wear track in each profile")
 
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
@@ -133,7 +135,7 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
         for key, profile in raw.profiles.items()
     }
     shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FIGURES, run_id))
-    shown.tell("\ntrack across each profile")
+    shown.tell("\nwear track in each profile")
     for path in save_run_figures(store, run_id):
         print_result(str(path))
     return shown.document()
@@ -200,7 +202,7 @@ def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
     there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent
     beside = [str(path) for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
     return ArchiveError(
-        f"{name}: found no such file, and no such run in {archive}; expected a file with a profile, or the id of an "
+        f"{name}: found no such file or archived run in {archive}; expected a file with a profile, or the ID of an "
         f"archived run; {did_you_mean(name, [*there, *beside])}"
     )
 

@@ -28,7 +28,8 @@ def _hash(text: str) -> str:
     """Read the hash of a line of the history, or its beginning."""
     if not _HASH.fullmatch(text.lower()):
         raise typer.BadParameter(
-            f"found {text!r}; expected 8 to 64 of the digits 0 to 9 and a to f, as verify shows them"
+            f"found {text!r}; expected 8 to 64 hexadecimal digits (0 to 9, a to f) from the output of `tribopipe "
+            "verify`"
         )
     return text.lower()
 
@@ -39,7 +40,7 @@ def verify(
     ] = None,
     run_ids: Annotated[
         list[str] | None,
-        typer.Option("--run", help="ID of the only run to verify; may be repeated.", autocompletion=archived_ids),
+        typer.Option("--run", help="Verify only this run; may be repeated.", autocompletion=archived_ids),
     ] = None,
     recompute: Annotated[
         bool, typer.Option("--recompute", help="Recompute every step from the source files and compare.")
@@ -48,7 +49,7 @@ def verify(
         str | None,
         typer.Option(
             "--against",
-            help="Hash printed by an earlier verify; reports another or an older copy of the archive.",
+            help="Hash from an earlier verify; detects a different or older copy of the archive.",
             metavar="HASH",
             parser=_hash,
         ),
@@ -57,7 +58,7 @@ def verify(
         list[str] | None,
         typer.Option(
             "--accept",
-            help="Removed or replaced run or study, or history.jsonl, to accept as it is; may be repeated.",
+            help="Removed or replaced run or study, or history.jsonl, to accept in its present state; may be repeated.",
             metavar="ID",
         ),
     ] = None,
@@ -66,7 +67,7 @@ def verify(
 ) -> None:
     """Verify an archive: checksums, structure and history.
 
-    No run and no study is changed. Exit code 1 on errors and warnings.
+    Runs and studies are not changed. Exit code 1 on errors and warnings.
     """
     from tribopipe.pipeline.verify.archive import files_of, verify
 
@@ -103,9 +104,8 @@ Into = Annotated[Path, typer.Option("--to", help="Folder to write run folders in
 def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
     """Save the source files inside damaged files of an archive.
 
-    Each that is whole goes into a run folder.
-    The damaged files are only read. What was computed from a run is computed again by `tribopipe process`; marks, tags
-    and notes are not in the source files.
+    Intact source files are written into run folders. The damaged files are not changed. Recompute the results with
+    `tribopipe process`; marks, tags and notes cannot be recovered from source files.
     """
     from tribopipe.archive.rescue import rescue as save
     from tribopipe.base.failures import in_a_sentence
@@ -130,7 +130,7 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
             {"runs": [_rescued_document(path, saved.get(path), errors.get(path)) for path in dict.fromkeys(files)]}
         )
     if saved:
-        say(f"Next: move the damaged files out of the archive, then `tribopipe process {into}` into it again.")
+        say(f"Next: move the damaged files out of the archive, then run `tribopipe process {into}`.")
     exit_with([errors[path] for path in dict.fromkeys(files) if path in errors], some_done=bool(saved))
 
 
@@ -138,12 +138,12 @@ def _lacking(path: Path, found: "Rescued") -> "TribopipeError":
     from tribopipe.base.errors import ArchiveError
 
     if not found.listed:
-        lacking = "the list of its source files damaged"
+        lacking = "a damaged list of source files"
         mend = f"compare the files in {found.folder} with those named in its run.toml, and copy the missing ones"
     else:
-        lacking = f"{', '.join(map(seen, found.damaged))} damaged in it"
+        lacking = f"damaged source files: {', '.join(map(seen, found.damaged))}"
         mend = f"copy the missing ones into {found.folder}"
-    return ArchiveError(f"{path}: found {lacking}; expected every source file whole; {mend} from the instrument")
+    return ArchiveError(f"{path}: found {lacking}; expected intact source files; {mend} from the instrument")
 
 
 def _rescued_document(path: Path, found: "Rescued | None", error: Exception | None) -> dict[str, Any]:
@@ -209,7 +209,7 @@ def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable
     for name in ids:
         if name not in (*runs, *studies):
             raise ArchiveError(
-                f"{store.folder}: found no run and no study {name!r}; expected one in the archive; "
+                f"{store.folder}: found no run or study {name!r}; expected the ID of an archived run or study; "
                 f"{did_you_mean(name, [*runs, *studies])}"
             )
     wanted = set(ids or (*runs, *studies))
@@ -223,7 +223,7 @@ def _show_reproduced(found: "Sequence[Reproduction]") -> None:
     """Show a line for each run and study, or for each step of a single one, and beneath what is not the same."""
     if len(found) == 1:
         (one,) = found
-        title, rows = f"{one.id}, computed again", [_reproduced_row(step.name, [step]) for step in one.steps]
+        title, rows = f"{one.id}, recomputed", [_reproduced_row(step.name, [step]) for step in one.steps]
     else:
         title, rows = "computed again", [_reproduced_row(one.id, one.steps) for one in found]
     if rows:
@@ -252,7 +252,7 @@ def _told(step: "Redone") -> Iterator[str]:
     if step.outcome != "different":
         return
     for one in step.differences[:_MOST_SHOWN]:
-        yield f"{one.where} is archived as {_short(one.then)}, and now {_short(one.now)}"
+        yield f"{one.where}: archived {_short(one.then)}, recomputed {_short(one.now)}"
     if len(step.differences) > _MOST_SHOWN:
         yield f"and {len(step.differences) - _MOST_SHOWN} more; --json lists all"
 
@@ -266,4 +266,4 @@ def _say_environments(found: "Sequence[Reproduction]") -> None:
     """State once with which other versions the steps were computed when they were archived."""
     changed = {(name, *both): None for one in found for step in one.steps for name, both in step.environment.items()}
     for name, then, now in changed:
-        print_result(f"archived with {name} {then}, computed now with {now}")
+        print_result(f"archived with {name} {then}, recomputed with {now}")

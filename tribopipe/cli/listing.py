@@ -137,10 +137,10 @@ Where = Annotated[
     ),
 ]
 Sort = Annotated[
-    str, typer.Option("--sort", help="Columns to sort by, such as material,-k_d; the largest first after a minus.")
+    str, typer.Option("--sort", help="Columns to sort by, such as material,-k_d; a minus sorts in descending order.")
 ]
 Columns = Annotated[
-    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; help names them all.")
+    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; help lists them all.")
 ]
 
 
@@ -156,7 +156,7 @@ def ls(
 ) -> None:
     """List the runs of an archive, or those that --where selects.
 
-    On a terminal columns are left out until the others fit, and rows after the twentieth.
+    On a terminal, only the columns that fit and the first 20 rows are shown.
     """
     from tribopipe.archive.catalog.listing import columns_named
 
@@ -178,7 +178,7 @@ def ls(
             cells = [listed_cells(shown, column) for column in chosen]
             table(title, [one.heading for one in cells], list(zip(*(one.cells for one in cells), strict=True)))
         if len(shown) < len(runs):
-            print_result(f"and {len(runs) - len(shown)} more: add --all, or choose with --where")
+            print_result(f"and {len(runs) - len(shown)} more: add --all, or filter with --where")
     tell_unreadable(catalogue, some_done=bool(runs))
 
 
@@ -240,6 +240,4 @@ def _show_columns(*, as_json: bool) -> None:
         return
     rows = [[column["name"], column["unit"] or "–", column["meaning"]] for column in told]
     table("Columns for --columns, --sort and --where", ["column", "unit", "meaning"], rows)
-    print_result(
-        "Those shown unless you choose: " + ", ".join(name for name, column in COLUMNS.items() if column.shown)
-    )
+    print_result("Shown by default: " + ", ".join(name for name, column in COLUMNS.items() if column.shown))

@@ -29,7 +29,7 @@ Tell = Callable[["LiveUpdate"], None]
 
 
 def live(
-    run: Annotated[Path, typer.Argument(help="Run folder with a run.toml and signals that are still recorded.")],
+    run: Annotated[Path, typer.Argument(help="Run folder with a run.toml and signals that are still being recorded.")],
     law: Law = "archard",
     recipe: RecipeFile = None,
     to: Annotated[
@@ -208,7 +208,7 @@ def _lines(update: "LiveUpdate") -> Iterator[str]:
         return
     interval = between(found.interval, WEAR_COEFFICIENT)
     yield f"k_D = {found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % CI: {interval}"
-    yield f"worn {found.wear_depth.shown('um')}, 95 % CI: {between(found.wear_depth_interval, 'um')}"
+    yield f"wear depth {found.wear_depth.shown('um')}, 95 % CI: {between(found.wear_depth_interval, 'um')}"
     if found.planned_distance and found.predicted_depth and found.predicted_interval:
         ahead = f"{found.predicted_depth.shown('um')}, 95 % CI: {between(found.predicted_interval, 'um')}"
         yield f"expected at {found.planned_distance.shown('m')}: {ahead}"

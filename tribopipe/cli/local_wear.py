@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,8 +23,9 @@ from tribopipe.cli.options import (
     quantity,
 )
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
-from tribopipe.cli.predict import folder_friction
 from tribopipe.cli.steps import tell
+from tribopipe.cli.subject import Given, folder_subject, is_folder, no_coefficient
+from tribopipe.physics.conventions import Course, Engine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -34,9 +35,6 @@ if TYPE_CHECKING:
     from tribopipe.evaluation.wear.local import LocalOptions
     from tribopipe.pipeline.stages import Outcome
     from tribopipe.results.local_wear import LocalCurves
-
-Engine = Literal["rings", "half-space", "fe"]
-Scheme = Literal["implicit", "explicit", "economy"]
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ def local_wear(
     runs: Annotated[
         list[str] | None,
         typer.Argument(
-            help="IDs of archived runs, or folders of runs; none for every archived run.",
+            help="IDs of archived runs, or run folders; default: all archived runs.",
             metavar="ID|RUN",
             autocompletion=archived_ids,
         ),
@@ -69,8 +67,8 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; of two discs once for the crowned and once for the flat '
-            "one, as V = k_D·F_N·s has it. By default the archived fit's."
+            help='k_D with V = k_D·F_N·s, such as "13.5e-9 mm^3/(N*mm)"; for two discs, specify the option twice, for '
+            "the crowned disc and for the cylindrical disc. Default: from the archived fit."
         ),
     ] = None,
     engine: Annotated[
@@ -78,26 +76,32 @@ def local_wear(
         typer.Option(help="Contact solver; by default rings for a pin and a half space for discs."),
     ] = None,
     scheme: Annotated[
-        Scheme,
+        Course,
         typer.Option(
-            help="Wear with the pressure at the end of each step, or at its start as in the paper; or UMESHMOTION's "
-            "economy, which corrects the contact instead of solving it again."
+            help=(
+                "Pressure at the end of each step (implicit), at its start as in the paper (explicit), or "
+                "economy as in UMESHMOTION: the contact is corrected instead of solved again."
+            ),
         ),
     ] = "implicit",
     at: Annotated[
         list[str] | None,
         typer.Option(help='Sliding distance to wear to, "500 m", or rotations of discs, "1e6"; may be repeated.'),
     ] = None,
-    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps for each power of ten.")] = 16,
+    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps per decade.")] = 16,
     update_mesh_every: Annotated[
         int,
         typer.Option(
             min=0,
-            help="Steps after which finite elements follow the worn shape, and the economy solves contact; 0: never.",
+            help=(
+                "Steps between updates of the finite elements to the worn shape (economy: between contact "
+                "solutions); 0: never."
+            ),
         ),
     ] = 50,
     stress_loss: Annotated[
-        float, typer.Option(min=0, max=0.5, help="Share of its stresses that an increment of the economy loses.")
+        float,
+        typer.Option(min=0, max=0.5, help="Fraction of the stresses that is lost in each increment of the economy."),
     ] = 0.0,
     figures: Annotated[Path | None, typer.Option(help="Folder to save figures into.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -109,8 +113,8 @@ def local_wear(
 
     The Global Incremental Wear Model, with which it is compared, takes the mean pressure.
 
-    Archived runs are worn by their own k_D over their own course, and the result is archived with its fields. A run
-    folder needs --wear-coefficient, and is only shown.
+    Archived runs are simulated with their own k_D up to the end of the test, and the result is archived with the
+    pressure fields. A run folder requires --wear-coefficient; its result is shown, but not archived.
     """
     from tribopipe.evaluation.wear.local import LocalOptions
     from tribopipe.pipeline.output_paths import require_folder
@@ -127,8 +131,8 @@ def local_wear(
         figures,
         force,
     )
-    folders = [folder for run in runs or () if _is_folder(run, archive) for folder in find_runs(Path(run))]
-    ids = [run for run in runs or () if not _is_folder(run, archive)]
+    folders = [folder for run in runs or () if is_folder(run, archive) for folder in find_runs(Path(run))]
+    ids = [run for run in runs or () if not is_folder(run, archive)]
     store = load_archive(archive) if ids or not folders else None
     chosen = [] if store is None else chosen_ids(store, ids)
     outcomes = []
@@ -141,11 +145,6 @@ def local_wear(
         told = [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]
         print_json({"runs": told})
     finish(outcomes)
-
-
-def _is_folder(run: str, archive: Path) -> bool:
-    """Distinguish a run folder from the id of an archived run, which has priority."""
-    return Path(run).exists() and not (archive / f"{run}.h5").exists()
 
 
 def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
@@ -162,25 +161,20 @@ def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _
 
 def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
     from tribopipe.base.errors import FitError
-    from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.wear.local import default_places, local_scenario, wear_locally
     from tribopipe.pipeline.stages import Outcome
 
     if not asked.coefficients:
-        raise FitError(
-            f"{folder}: found no k_D for a run folder; expected one; give it, "
-            '--wear-coefficient "13.5e-9 mm^3/(N*mm)", or process the folder and name the archived run'
-        )
-    manifest, _ = read_manifest(manifest_path(folder))
-    conditions, end = manifest.conditions, manifest.planned
+        raise FitError(no_coefficient(folder))
+    subject = folder_subject(folder, Given(asked.law, asked.recipe, has_coefficient=True))
+    manifest, end = subject.manifest, subject.end
     places = asked.places(manifest) or (default_places(end) if end else [])
     if not places:
         raise FitError(
-            f"{folder}: found no end of the run in run.toml; expected one, or an end of the wear; add "
+            f"{folder}: found no sliding distance in run.toml; expected the end of the simulation; add "
             f'--at "{manifest.progress.example}"'
         )
-    path = folder_friction(folder, conditions, asked.law, asked.recipe)
-    scenario = local_scenario(manifest, asked.coefficients, asked.law, path, asked.recipe)
+    scenario = local_scenario(manifest, asked.coefficients, asked.law, subject.friction, asked.recipe)
     curves = wear_locally(scenario, places, asked.how)
     _save_figures(curves, manifest.id, asked.figures)
     return Outcome(manifest.id, "local_wear", "done", curves.result)

@@ -9,7 +9,7 @@ import typer
 
 from tribopipe.base.errors import ManifestError
 from tribopipe.cli.formats import ReaderName, SheetName
-from tribopipe.cli.options import AsJson
+from tribopipe.cli.options import AsJson, Template
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
 
 if TYPE_CHECKING:
@@ -22,8 +22,10 @@ def new(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Files that an instrument wrote during one test: one, several that continue each other, or one per "
-            "channel; or a folder of exports, one per run.",
+            help=(
+                "Instrument files of one test: a single file, consecutive files, or one file per channel; or a "
+                "folder with one export per run."
+            ),
             metavar="FILE",
         ),
     ],
@@ -31,9 +33,7 @@ def new(
     run_id: Annotated[
         str | None, typer.Option("--id", help="ID of the run; default: from the name of the first file.")
     ] = None,
-    template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
-    ] = None,
+    template: Template = None,
     reader: ReaderName = None,
     settings: Annotated[
         list[str] | None,
@@ -133,8 +133,7 @@ def _refuse_next_to_rows(options: Mapping[str, object]) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise ManifestError(
-            f"--each-row: found {given[0]} with it; expected one table alone, of which each row is a run; remove "
-            f"{given[0]}"
+            f"--each-row: found {given[0]} in addition; expected only a table with one run per row; remove {given[0]}"
         )
 
 
@@ -170,10 +169,10 @@ def _tell(made: "NewRun") -> None:
     for value in made.accepted:
         say(f"  accepted: {value}")
     if made.lacks:
-        say(f"still to be filled in: {', '.join(made.lacks)}")
+        say(f"still missing: {', '.join(made.lacks)}")
     if made.problem:
         say(f"still to be corrected: {made.problem}")
     if made.bodies_lack:
-        say(f"friction alone is evaluated until run.toml describes the bodies: {', '.join(made.bodies_lack)}")
-    first = f"see to that in {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""
+        say(f"only friction is evaluated until run.toml describes the bodies; missing: {', '.join(made.bodies_lack)}")
+    first = f"edit {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""
     say(f"Next: {first}tribopipe process {made.folder}")

@@ -191,9 +191,9 @@ def _standing(found: Whereabouts) -> str:
 def _beginnings(found: Whereabouts) -> Iterator[NextStep]:
     yield NextStep("Try tribopipe on sample runs", ("tribopipe demo",))
     export = _quoted(found.exports[0]) if found.exports else "EXPORT"
-    yield NextStep("Make a run folder from the export of a test", (f"tribopipe new {export}",))
+    yield NextStep("Create a run folder from the export of a test", (f"tribopipe new {export}",))
     if len(found.exports) > 1:
-        why = f"Or a run of each of {len(found.exports)} files, by a template of what is the same in all"
+        why = f"Or create a run from each of {len(found.exports)} files, with a template of common settings"
         yield NextStep(why, ("tribopipe help watch",))
     yield NextStep("Read the ten-minute tutorial", ("tribopipe help tutorial",))
 
@@ -211,7 +211,7 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
 def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
     """Report what to do with files of the archive that cannot be read."""
     if found.unreadable:
-        why = f"{_counted(len(found.unreadable), 'file')} of the archive cannot be read: see why"
+        why = f"{_counted(len(found.unreadable), 'file')} of the archive cannot be read: show the reasons"
         yield NextStep(why, ("tribopipe verify",))
 
 
@@ -250,15 +250,15 @@ def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     if runs:
         lacks = " and ".join(_to_be_added(runs[0]))
         why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}); missing: {lacks}"
-        yield _amending(runs[0], f"{why}: write what was measured to", found)
+        yield _amending(runs[0], f"{why}: add the measured values to", found)
 
 
 def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     """Report which wear coefficients rest on the depth sensor alone, and how to give them a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
-        why = f"{_are(runs, 'run')} without {_END_VALUE} ({_named(runs)}), k_D by the depth sensor alone"
-        yield _amending(runs[0], f"{why}: measure the scar, write it to", found)
+        why = f"{_are(runs, 'run')} without {_END_VALUE} ({_named(runs)}), k_D from the depth sensor alone"
+        yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 
 
 def _fitted(runs: "Sequence[ListedRun]") -> "list[ListedRun]":
@@ -296,20 +296,22 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     if known:
         yield from _of_wear_coefficients(known, found)
     if rated:
-        why = f"{_are(rated, 'run')} without a fitted k_D: predict from the wear rate, which is k_D by Archard's law"
+        why = (
+            f"{_are(rated, 'run')} without a fitted k_D: predict from the wear rate, which equals k_D of Archard's law"
+        )
         yield NextStep(why, ("tribopipe help scar_only",))
     subject = min(found.studied, default=next((run.id for run in known + rated), None))
     if subject is not None and not Path(f"{subject}.html").exists():
-        yield NextStep("Write one HTML file that can be sent to someone", (f"tribopipe report {subject}",))
+        yield NextStep("Write a report as one HTML file", (f"tribopipe report {subject}",))
 
 
 def _of_wear_coefficients(known: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
     alike = Counter(_bodies(run) for run in known if not run.text("studies"))
     if not found.studies and max(alike.values(), default=0) > 1:
-        why = "Test the wear law: fit the run under the lightest load, predict the others of the same bodies"
+        why = "Test the wear law: fit the run at the lightest load and predict the other runs with the same bodies"
         yield NextStep(why, ("tribopipe study new",))
     twice = f"{2 * (known[0].number('load') or 0):g} mN"
-    yield NextStep("Predict wear under another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))
+    yield NextStep("Predict wear at another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))
 
 
 def _bodies(run: "ListedRun") -> tuple[str, ...]:

@@ -4,12 +4,13 @@ import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import typer
 from typer.core import TyperGroup
 
 from tribopipe.cli.output import keep_stdout_for_json, say
+from tribopipe.physics.conventions import WearEngine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -32,6 +33,17 @@ def archived_ids(context: typer.Context) -> list[str]:
     return sorted(path.stem for path in found if path.stem.isprintable())
 
 
+def archived_studies(context: typer.Context) -> list[str]:
+    """Complete ids of archived studies."""
+    folder = Path(context.params.get("archive") or DEFAULT_ARCHIVE) / "studies"
+    return sorted(path.stem for path in folder.glob("*.h5"))
+
+
+def archived_names(context: typer.Context) -> list[str]:
+    """Complete ids of archived runs and studies."""
+    return [*archived_ids(context), *archived_studies(context)]
+
+
 ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
 AsJson = Annotated[
     bool, typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document on stdout.")
@@ -39,12 +51,18 @@ AsJson = Annotated[
 Verbose = Annotated[
     int, typer.Option("--verbose", "-v", count=True, help="Show tables with -v, and all details with -vv.")
 ]
+ArchivedIds = Annotated[
+    list[str], typer.Argument(help="IDs of archived runs.", metavar="ID", autocompletion=archived_ids)
+]
+Replace = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
+Figures = Annotated[bool, typer.Option(help="Save figures next to the archive.")]
+Template = Annotated[Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")]
 Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
 Amend = Annotated[
     bool,
     typer.Option(
         "--amend",
-        help="Accept a run.toml that has changed since the run was archived; the earlier one is kept.",
+        help="Accept a run.toml that has changed since the run was archived; the earlier version is kept.",
     ),
 ]
 FIGURE_FORMATS = ("pdf", "svg", "png")
@@ -101,10 +119,9 @@ Law = Annotated[
         parser=_law,
         metavar="LAW",
         autocompletion=law_names,
-        help="Wear law: archard, sarkar, or one that another package adds.",
+        help="Wear law: archard, sarkar, or a law from another package.",
     ),
 ]
-WearEngine = Literal["giwm", "volume", "local"]
 Pressure = Annotated[
     WearEngine | None,
     typer.Option(
@@ -129,12 +146,12 @@ def require_archive(folder: Path) -> None:
 
     if (folder / RUN_TOML).is_file():
         raise ArchiveError(
-            f"{folder}: found a run folder; expected a folder of archived runs; name the archive with --archive"
+            f"{folder}: found a run folder; expected a folder of archived runs; specify the archive with --archive"
         )
     if not folder.is_dir():
         raise ArchiveError(
-            f"{folder}: found no archive there; expected a folder of archived runs; run `tribopipe ingest` "
-            "first, or name the archive with --archive"
+            f"{folder}: found no archive in this folder; expected a folder of archived runs; run `tribopipe ingest` "
+            "first, or specify the archive with --archive"
         )
 
 
@@ -155,7 +172,9 @@ def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
 
     chosen = ids or archive.ids()
     if not chosen:
-        raise ArchiveError(f"{archive.folder}: found no runs; expected at least one; run `tribopipe ingest` first")
+        raise ArchiveError(
+            f"{archive.folder}: found no runs; expected at least one archived run; run `tribopipe ingest` first"
+        )
     return chosen
 
 
@@ -189,14 +208,14 @@ def place(option: str, text: str, progress: "Progress") -> float:
 
 
 def quantity(option: str, text: str, kind: str) -> "Quantity":
-    """Read an option as a quantity above zero."""
+    """Read an option as a positive quantity."""
     from tribopipe.base.errors import UnitError
     from tribopipe.base.units import KINDS
     from tribopipe.documents.quantity import Quantity
 
     value = parsed(option, text, kind)
     if not value > 0:
-        raise UnitError(f"{option}: found {text!r}; expected a {kind} above zero, such as {KINDS[kind].example!r}")
+        raise UnitError(f"{option}: found {text!r}; expected a positive {kind}, such as {KINDS[kind].example!r}")
     return Quantity(value=value, unit=KINDS[kind].si)
 
 
@@ -208,12 +227,13 @@ def friction_path(text: str) -> "FrictionPath":
     found = _FRICTION.fullmatch(text.strip())
     if found is None:
         raise UnitError(
-            f'--friction: found {text!r}; expected the three of Eq. 7, such as "A=0.226 b=0.496 c=32.877 m"'
+            f'--friction: found {text!r}; expected the parameters A, b and c of Eq. 7, such as "A=0.226 b=0.496 '
+            'c=32.877 m"'
         )
     amplitude, steady, distance = found.groups()
     running_in = parsed("--friction", distance, "distance")
     if not running_in > 0:
-        raise UnitError(f"--friction: found c = {distance}; expected a distance above zero")
+        raise UnitError(f"--friction: found c = {distance}; expected a positive distance")
     start, end = (parsed("--friction", ratio.rstrip(",;"), "ratio") for ratio in (amplitude, steady))
     return ExponentialFriction(start, end, running_in)
 
@@ -274,7 +294,9 @@ def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
     from tribopipe.base.executor import Crew
 
     if jobs is not None and scheduler not in (None, _LOCAL):
-        raise typer.BadParameter("found -j with a scheduler, which has its own workers; expected one of the two")
+        raise typer.BadParameter(
+            "found -j in addition to --scheduler, which has its own workers; expected only one of these options"
+        )
     if jobs is None:
         jobs = usual if scheduler is None else _cores()
     return Crew(jobs or _cores(), scheduler, say)

@@ -139,7 +139,7 @@ def _of_wear(wear: SpecificWear, outline: "RunOutline") -> Iterator[Fact]:
     for name, body in wear.bodies.items():
         told = (
             _shown_in(body.volume, "mm^3"),
-            f"{body.depth.shown('um')} deep" if body.depth else "",
+            f"wear depth {body.depth.shown('um')}" if body.depth else "",
             _shown_in(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
         )
         if any(told):
@@ -152,7 +152,7 @@ def _shown_in(quantity: "Quantity | None", unit: str) -> str:
 
 def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
     counted = "" if fit.distance_per_rotation is None else f", {fit.distance_per_rotation}"
-    law = f"by {law_title(fit.model)}{by(fit.engine)}{counted}"
+    law = f"{law_title(fit.model)}{by(fit.engine)}{counted}"
     for name, body in fit.bodies.items():
         of = outline.manifest.worded(f"k_D of the {spoken(name)}")
         yield Fact(of, f"{body.wear_coefficient.shown(WEAR_COEFFICIENT)}, {law}")
@@ -160,10 +160,7 @@ def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
     if fit.parameters:
         yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
     if not fit.bodies and fit.lacks:
-        yield Fact("k_D", f"not found {law}: {' and '.join(fit.lacks)} missing")
-
-
-"""State once with what else the steps were computed when they were archived."""
+        yield Fact("k_D", f"not found ({law}): {' and '.join(fit.lacks)} missing")
 
 
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:
@@ -292,7 +289,7 @@ def _compared(rows: Sequence[_Row]) -> Iterator[Cells]:
     """Give what was measured and what the law gives, in one unit, or each with its own where not all are alike."""
     pairs = [(row.body.measured, row.body.predicted) for row in rows]
     units = {_UNITS.get(row.body.measured.unit, row.body.measured.unit) for row in rows}
-    for at, head in enumerate(("measured", "by the law")):
+    for at, head in enumerate(("measured", "model")):
         name = "measured" if at == 0 else "law"
         if len(units) > 1:
             yield Cells(name, head, [pair[at].shown(_UNITS.get(pair[at].unit)) for pair in pairs])

@@ -33,7 +33,7 @@ def show_run_page(page: "RunPage") -> None:
     for stage, beneath in zip(page.stages, beneath_table, strict=False):
         _show_stage(stage, apart=not beneath)
     files = [f"{one.name}: {one.size:,} bytes, SHA-256 {one.sha256}" for one in page.sources]
-    _section("Files as they came", files, apart=not beneath_table[-1])
+    _section("Source files", files, apart=not beneath_table[-1])
     _section("Studies", page.studies)
 
 

@@ -17,10 +17,8 @@ from tribopipe.cli.options import (
     RecipeFile,
     RunIds,
     Verbose,
-    WearEngine,
     archived_ids,
     chosen_ids,
-    friction_path,
     load_archive,
     load_recipe,
     parsed,
@@ -30,21 +28,18 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
+from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, no_coefficient
+from tribopipe.physics.conventions import DistanceConvention, WearEngine
 
 if TYPE_CHECKING:
-    from tribopipe.archive.store import Archive
     from tribopipe.documents.contact import Contact
-    from tribopipe.documents.manifest import Conditions, RunManifest
+    from tribopipe.documents.manifest import RunManifest
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
     from tribopipe.evaluation.wear.scenario import KnownWear
-    from tribopipe.physics.friction_path import FrictionPath
-    from tribopipe.results.run import RawRun
-    from tribopipe.results.wear_fit import WearFit
     from tribopipe.results.wear_prediction import WearPrediction
 
 Scheme = Literal["exact", "published"]
-Convention = Literal["full-slip", "contact-width", "line-load", "volume-conserving"]
 
 
 @dataclass(frozen=True)
@@ -64,7 +59,7 @@ class _Asked:
     radius: str | None = None
     slip: str | None = None
     crown_radius: str | None = None
-    distance: Convention | None = None
+    distance: DistanceConvention | None = None
     engine: WearEngine | None = None
 
     @property
@@ -73,19 +68,6 @@ class _Asked:
         changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
         how = (self.steps, self.distance, self.scheme == "published")
         return any((*changed, *how, self.coefficients, self.at, self.depth))
-
-
-@dataclass(frozen=True)
-class _Subject:
-    """The run that is predicted: archived, or a folder."""
-
-    manifest: "RunManifest"
-    raw: "RawRun | None" = None
-    """None for a folder whose signals are not needed."""
-    fit: "WearFit | None" = None
-    path: "FrictionPath | None" = None
-    end: float | None = None
-    """Its own end, m or rotations."""
 
 
 def predict(
@@ -102,7 +84,7 @@ def predict(
     scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="Euler steps of the published scheme; default: 50000, or one per rotation."),
+        typer.Option(min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation."),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
@@ -135,7 +117,7 @@ def predict(
         str | None, typer.Option(help='Different crown radius of the crowned disc, "8 mm".')
     ] = None,
     distance: Annotated[
-        Convention | None,
+        DistanceConvention | None,
         typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides the recipe."),
     ] = None,
     engine: Pressure = None,
@@ -148,7 +130,7 @@ def predict(
     """Predict wear at other loads, speeds, distances or slips.
 
     With a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With --from and
-    --onto, runs are predicted from others, with bands and the agreement with the law. With none of these, every
+    --onto, runs are predicted from others, with 95 % bands and the agreement with the law. With none of these, every
     archived run is predicted from the comparable run at the lightest load, and the prediction is archived.
     """
     how = load_recipe(recipe, engine)
@@ -190,7 +172,7 @@ def _predict_onto(
     as_json: bool,
 ) -> None:
     if not source or not target or beside:
-        raise typer.BadParameter("give runs to fit, --from ID, and runs to predict, --onto ID, and nothing else")
+        raise typer.BadParameter("specify only runs to fit with --from ID and runs to predict with --onto ID")
     show_together(load_archive(folder), source, target, law, recipe, verbose=verbose, as_json=as_json)
 
 
@@ -207,7 +189,7 @@ def _predict_archived(
             tell(outcome)
             moved(outcome.run_id)
     if not outcomes:
-        say(f"Nothing to predict: no run has a comparable one under a lighter load with a k_D under {law}.")
+        say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D of {law}.")
     if as_json:
         print_json(
             {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
@@ -217,19 +199,22 @@ def _predict_archived(
 
 def _subjects(
     run: Path | None, ids: list[str] | None, archive: Path, asked: _Asked
-) -> list[tuple[_Subject, str | None]]:
+) -> list[tuple[Subject, str | None]]:
     """Return the runs to predict, each with the name of the run whose k_D it is predicted from."""
     if run is None and not ids:
-        raise typer.BadParameter("name a run: an archived ID, or --run DIR with --wear-coefficient")
+        raise typer.BadParameter("specify an archived run by its ID, or --run DIR with --wear-coefficient")
     if run is not None and ids:
-        raise typer.BadParameter("name either archived runs or --run DIR, not both")
+        raise typer.BadParameter("specify either archived runs or --run DIR, not both")
+    given = Given(asked.law, asked.recipe, bool(asked.coefficients), asked.friction)
     if run is not None:
-        return [(_folder(run, asked), None)]
+        if not asked.coefficients:
+            raise typer.BadParameter(no_coefficient(run))
+        return [(folder_subject(run, given), None)]
     store = load_archive(archive)
-    return [(_archived(store, run_id, asked), None if asked.coefficients else run_id) for run_id in ids or []]
+    return [(archived_subject(store, one, given), None if asked.coefficients else one) for one in ids or []]
 
 
-def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
+def _show_predictions(subjects: list[tuple[Subject, str | None]], asked: _Asked, *, as_json: bool) -> None:
     results = [_predict(subject, asked, reference) for subject, reference in subjects]
     for (subject, _), result in zip(subjects, results, strict=True):
         print_result(subject.manifest.worded(str(result)))
@@ -238,64 +223,11 @@ def _show_predictions(subjects: list[tuple[_Subject, str | None]], asked: _Asked
         print_json(documents[0] if len(documents) == 1 else {"predictions": documents})
 
 
-def _folder(run: Path, asked: _Asked) -> _Subject:
-    """Return the subject for a run folder; signals are read only if friction must be fitted."""
-    from tribopipe.documents.manifest import manifest_path, read_manifest
-
-    if not asked.coefficients:
-        raise typer.BadParameter('a run folder has no k_D: give one, --wear-coefficient "13.5e-9 mm^3/(N*mm)"')
-    manifest, _ = read_manifest(manifest_path(run))
-    conditions = manifest.conditions
-    given = None if asked.friction is None else friction_path(asked.friction)
-    path = given or folder_friction(run, conditions, asked.law, asked.recipe)
-    return _Subject(manifest, path=path, end=manifest.planned)
-
-
-def folder_friction(run: Path, conditions: "Conditions", law: Law, recipe: "Recipe") -> "FrictionPath | None":
-    """Return the friction of a run folder that a law needs: stated in run.toml, or else measured."""
-    from tribopipe.evaluation.load_and_friction import stated_path
-    from tribopipe.physics.laws import law_named
-
-    if not law_named(law).needs_friction:
-        return None
-    return _measured_friction(run, recipe) if conditions.friction is None else stated_path(conditions.friction)
-
-
-def _measured_friction(run: Path, recipe: "Recipe") -> "FrictionPath | None":
-    from tribopipe.evaluation.friction import fit_friction
-    from tribopipe.evaluation.load_and_friction import run_path
-    from tribopipe.evaluation.preprocessing.cleaning import clean_run
-    from tribopipe.readers.harmonize import read_run
-
-    read = clean_run(read_run(run), recipe).run
-    return run_path(read, fit_friction(read, recipe.friction, recipe.uncertainty), recipe.wear.friction)
-
-
-def _archived(store: "Archive", run_id: str, asked: _Asked) -> _Subject:
-    """Take an archived run, with its own fit unless wear coefficients are given."""
-    from tribopipe.base.errors import FitError
-    from tribopipe.evaluation.load_and_friction import run_path
-    from tribopipe.physics.laws import law_named
-    from tribopipe.pipeline.archived_results import archived_fit, archived_friction
-
-    run, fit, path = store.cleaned(run_id), None, None
-    if not asked.coefficients:
-        fit = archived_fit(store, run_id, asked.law)
-        if fit.outcome == "not fitted":
-            raise FitError(
-                f"{run_id}: found no k_D (missing: {' and '.join(fit.lacks)}); give one with --wear-coefficient"
-            )
-    if law_named(asked.law).needs_friction:
-        found = run_path(run, archived_friction(store, run_id), asked.recipe.wear.friction)
-        path = friction_path(asked.friction) if asked.friction else found
-    return _Subject(run.manifest, run, fit, path, float(run.progress[-1]))
-
-
-def _predict(subject: _Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
+def _predict(subject: Subject, asked: _Asked, reference: str | None) -> "WearPrediction":
     from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 
     manifest = _changed(subject.manifest, asked)
-    scenario = wear_scenario(manifest, _known(subject, asked), asked.law, subject.path, asked.recipe)
+    scenario = wear_scenario(manifest, _known(subject, asked), asked.law, subject.friction, asked.recipe)
     at, depths = _places(subject, asked)
     return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
 
@@ -334,7 +266,7 @@ def _resized(contact: Any, asked: _Asked) -> Any:
     return contact
 
 
-def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
+def _known(subject: Subject, asked: _Asked) -> "KnownWear":
     """Return the k_D given, else that of the fit, with its engine and its distance convention."""
     from tribopipe.base.errors import FitError
     from tribopipe.evaluation.wear.scenario import given_wear, known_wear
@@ -347,12 +279,14 @@ def _known(subject: _Subject, asked: _Asked) -> "KnownWear":
     if asked.engine not in (None, fitted.engine):
         raise FitError(
             f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
-            f"{asked.engine}, since a k_D is right with its own engine only; fit again with --engine {asked.engine}"
+            f"{asked.engine}, because k_D is valid only for the engine it was fitted with; fit again with --engine "
+            f"{asked.engine}"
         )
     if asked.distance not in (None, fitted.distance):
         raise FitError(
             f"{manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
-            "since k_D means nothing under another way of counting; fit again with a recipe that sets it"
+            "because k_D is valid only for the distance convention it was fitted with; fit again with a recipe that "
+            "sets this convention"
         )
     return fitted
 
@@ -373,14 +307,14 @@ def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quanti
     return found
 
 
-def _places(subject: _Subject, asked: _Asked) -> tuple[list[float], list[float]]:
+def _places(subject: Subject, asked: _Asked) -> tuple[list[float], list[float]]:
     """Return the places to predict wear at, and the depths, m, to find; by default, the end of the run."""
     progress = subject.manifest.progress
     at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
     if not at and not depths:
         if subject.end is None:
-            raise typer.BadParameter(f'state where to predict: --at "{progress.example}"')
+            raise typer.BadParameter(f'specify a sliding distance: --at "{progress.example}"')
         at = [subject.end]
     return at, depths
 
@@ -391,7 +325,7 @@ def _depth(text: str) -> float:
 
     depth = parsed("--depth", text, "length")
     if depth < 0:
-        raise UnitError(f"--depth: found {text!r}; expected a wear depth, zero or more, such as '30 um'")
+        raise UnitError(f"--depth: found {text!r}; expected a wear depth of zero or more, such as '30 um'")
     return depth
 
 

@@ -3,9 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
@@ -13,6 +11,7 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     FigureFormats,
+    Figures,
     Force,
     JobsOnAllCores,
     Part,
@@ -44,7 +43,7 @@ def process(
     force: Force = False,
     amend: Amend = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
+    figures: Figures = True,
     figure_formats: FigureFormats = None,
     jobs: JobsOnAllCores = None,
     scheduler: Scheduler = None,
@@ -167,8 +166,8 @@ def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
         path = store.path(run_id)
         if not path.exists():
             error = ArchiveError(
-                f"{path}: found no file where a worker reported to have archived it; expected a folder that all "
-                "machines share; name it with --archive"
+                f"{path}: found no file, although a worker reported that it was archived; expected an archive folder "
+                "that all machines share; specify it with --archive"
             )
             yield Outcome.failed(run_id, "ingest", error)
 
@@ -246,4 +245,7 @@ def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None
 
 
 def _say_what_is_left(shard: Part) -> None:
-    say(f"Part {shard.number} of {shard.of} is done; `process` without --shard predicts, evaluates studies and draws.")
+    say(
+        f"Part {shard.number} of {shard.of} is done; run `process` without --shard for predictions, studies and "
+        "figures."
+    )

@@ -27,8 +27,8 @@ _LINES = 30
 """As many lines are filled on a terminal."""
 _FEWEST_RUNS, _STUDIES, _PROBLEMS = 5, 5, 3
 """As many runs are shown at least, studies and problems at most, on a terminal."""
-_UNCOMPARED = {"radius_unchecked"}
-"""Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
+UNCOMPARED = {"radius_unchecked"}
+"""Codes of notes on inputs that affect k_D and cannot be compared with anything else in the run."""
 
 
 class RunRow(NamedTuple):
@@ -58,7 +58,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
     problems = tuple(
         one
         for one in (*outline.findings, *findings_of(results.values()))
-        if one.severity != "note" or one.code in _UNCOMPARED
+        if one.severity != "note" or one.code in UNCOMPARED
     )
     warned = sum(one.severity != "note" for one in problems)
     flags = (

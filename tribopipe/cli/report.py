@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, archived_ids, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Replace, archived_names, load_archive
 from tribopipe.cli.output import say
-from tribopipe.cli.studies import archived_studies
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,15 +16,12 @@ if TYPE_CHECKING:
     from tribopipe.views.html.particulars import Addressed
 
 
-def _archived(context: typer.Context) -> list[str]:
-    """Complete ids of archived runs and studies."""
-    return [*archived_ids(context), *archived_studies(context)]
-
-
 def report(
     ids: Annotated[
         list[str],
-        typer.Argument(help="IDs of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=_archived),
+        typer.Argument(
+            help="IDs of archived runs, or of one study.", metavar="ID|STUDY", autocompletion=archived_names
+        ),
     ],
     output: Annotated[
         Path | None,
@@ -47,7 +43,7 @@ def report(
     pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF using an installed Chromium, Chrome or Edge.")] = False,
     run: Annotated[bool, typer.Option("--run", help="Report the run if a study has the same ID.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    force: Replace = False,
 ) -> None:
     """Write a report of runs, or of a study, as one HTML or PDF file.
 
@@ -89,7 +85,7 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     unknown = next((one for one in ids if one not in runs | studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{store.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
+            f"{store.folder}: found no run or study {unknown!r}; expected the ID of an archived run or study; "
             f"{did_you_mean(unknown, runs | studies)}"
         )
     if len(ids) == 1:
@@ -97,8 +93,8 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     study = next((one for one in ids if one not in runs), None)
     if study is not None:
         raise ArchiveError(
-            f"{store.folder}: found the study {study!r} among several ids; expected runs, or one study by itself; "
-            "write a report of each"
+            f"{store.folder}: found the study {study!r} among several ids; expected only runs, or a single study; "
+            "write a separate report of the study"
         )
     return False
 

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
 
-_UNCOMPARED = {"radius_unchecked"}
-"""Notes on inputs of which nothing else in a run shows that they are wrong, though the wear coefficient would be."""
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
 
 
@@ -71,7 +69,7 @@ def run_folders(
 def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """Check run folders before they are archived.
 
-    Schema, units, order of time, gaps, signs and magnitudes are checked. Exit code 1 on errors and warnings.
+    Schema, units, time order, gaps, signs and magnitudes are checked. Exit code 1 on errors and warnings.
     """
     from tribopipe.pipeline.stages import attempted
 
@@ -150,13 +148,15 @@ def say_amended(outcome: "Outcome") -> None:
 
     names = ", ".join(map(step_in_words, outcome.dropped))
     dropped = f"; steps that depend on it are removed: {names}" if names else ""
-    say(f"{outcome.run_id}: run.toml amended, the earlier one is kept{dropped}")
+    say(f"{outcome.run_id}: run.toml amended, the earlier version is kept{dropped}")
 
 
 def say_warnings(outcome: "Outcome") -> None:
     """Report what the checks warn of, and which inputs nothing in the run can be compared with."""
+    from tribopipe.cli.process_table import UNCOMPARED
+
     for finding in outcome.findings:
-        if finding.severity == "warning" or finding.code in _UNCOMPARED:
+        if finding.severity == "warning" or finding.code in UNCOMPARED:
             say(f"{outcome.run_id}: {finding.severity}: {finding}")
 
 
@@ -201,7 +201,7 @@ def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
         for head, key, unit in (
             ("true k_D", "{}_wear_coefficient", WEAR_COEFFICIENT),
             ("true wear at the end", "end_{}_wear_depth", "um"),
-            ("true volume at the end", "end_{}_wear_volume", "mm^3"),
+            ("true wear volume at the end", "end_{}_wear_volume", "mm^3"),
         )
     ]
     rows = zip(names, laws, discs, *(one.cells for one in columns), strict=True)

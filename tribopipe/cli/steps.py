@@ -63,7 +63,7 @@ def fit(
     ids: RunIds = None,
     model: Law = "archard",
     together: Annotated[
-        bool, typer.Option("--together", help="One k_D from all these runs, with the scatter between them.")
+        bool, typer.Option("--together", help="Fit one k_D to all these runs, with the between-run scatter.")
     ] = False,
     engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

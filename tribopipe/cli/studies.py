@@ -10,12 +10,15 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     FigureFormats,
+    Figures,
     Force,
     HelpPanels,
     Law,
     RecipeFile,
+    Replace,
     Verbose,
     archived_ids,
+    archived_studies,
     load_archive,
     load_recipe,
     parsed,
@@ -37,18 +40,12 @@ study_app = typer.Typer(
 )
 
 
-def archived_studies(context: typer.Context) -> list[str]:
-    """Complete ids of archived studies."""
-    folder = Path(context.params.get("archive") or DEFAULT_ARCHIVE) / "studies"
-    return sorted(path.stem for path in folder.glob("*.h5"))
-
-
 @study_app.command("new")
 def new(
     paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; default: the runs of the archive.")] = None,
     into: Annotated[Path, typer.Option("--into", help="Output folder.")] = Path(),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing document.")] = False,
+    force: Replace = False,
 ) -> None:
     """Draft a study for each set of runs of the same bodies.
 
@@ -127,7 +124,7 @@ def run(
     recipe: RecipeFile = None,
     force: Force = False,
     as_json: AsJson = False,
-    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
+    figures: Figures = True,
     verbose: Verbose = 0,
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
@@ -286,15 +283,15 @@ def plan(
     for found in designs:
         print_result(str(found))
         table(
-            f"  what the uncertainty of {found.of} is made of",
-            ["input", "value", "u of k_D", "of the variance", "95 % if halved"],
+            f"  contributions to the uncertainty of {found.of}",
+            ["input", "value", "u of k_D", "share of variance", "95 % interval if halved"],
             [
                 [
                     input_label(lever.name),
                     lever.value.shown(lever.shown_in) if lever.value else "–",
-                    f"{lever.relative:.2%}",
-                    f"{lever.share:.0%}",
-                    f"±{lever.if_halved:.1%}",
+                    f"{100 * lever.relative:.2f} %",
+                    f"{100 * lever.share:.0f} %",
+                    f"±{100 * lever.if_halved:.1f} %",
                 ]
                 for lever in found.levers
             ],

@@ -1,22 +1,22 @@
 """What is stated about an archived run in one line of a table, and in one document of JSON."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from tribopipe.archive.archived_run import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty, show
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import record_json, table
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, force
-from tribopipe.documents.slip import slip
-from tribopipe.documents.twin_disc import DISCS
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.specific_wear import SpecificWear, measured_quantity
 from tribopipe.results.wear_fit import WearFit
-from tribopipe.results.wear_prediction import WearPrediction
+from tribopipe.results.wear_prediction import PredictedBody, WearPrediction
+
+R = TypeVar("R")
 
 
 def run_summary(archive: Archive, run_id: str) -> dict[str, Any]:
@@ -42,27 +42,24 @@ def _result(steps: Mapping[StepName, StepOutline], name: StepName) -> Any:
 
 
 def show_summaries(archive: Archive, ids: list[str]) -> None:
-    """Show the tables that the whole line ends in, one for each type of tribometer."""
-    pins: list[list[str]] = []
-    discs: list[list[str]] = []
-    worn: list[list[str]] = []
-    for run_id in ids:
-        run = archive.outline(run_id)
-        pins += [] if run.manifest.rolls else [_row(run)]
-        discs += _disc_rows(run) if run.manifest.rolls else []
-        worn += _wear_rows(run)
-    if pins:
-        title = "± is one standard uncertainty; k_D in mm³/(N·mm); end depth of the pin in µm, measured and predicted"
-        columns = _columns(("run", "drift, nm/min", "A", "b", "c, m"), "end depth, µm")
-        table(title, columns, pins)
-    if discs:
-        title = "Two discs: k_D in mm³/(N·mm) and wear volume in mm³, of the crowned and the cylindrical disc"
-        columns = _columns(("run", "slip", "rotations", "drift, nm/min", "b", "disc"), "measured")
-        table(title, columns, discs)
+    """Show a table of the results of runs, and a table of specific wear rates; a row for each body."""
+    runs = [archive.outline(run_id) for run_id in ids]
+    if runs:
+        title = "± is one standard uncertainty; k_D in mm³/(N·mm); wear measured and predicted at the end of the test"
+        table(title, _COLUMNS, [row for run in runs for row in _rows(run)])
+    worn = [row for run in runs for row in _wear_rows(run)]
     if worn:
         table("Specific wear rate, from post-test measurements", _WEAR_COLUMNS, worn)
 
 
+_LAWS = [law_label(name) for name in WEAR_FITS]
+_COLUMNS = (
+    *("run", "body", "drift, nm/min", "A", "b", "c, m"),
+    *(f"k_D, {law}" for law in _LAWS),
+    "measured",
+    *(f"predicted, {law}" for law in _LAWS),
+    "from",
+)
 _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "measured", "load", "distance, m", "rate, mm³/(N·m)")
 
 
@@ -87,62 +84,60 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
     ]
 
 
-def _columns(about: Sequence[str], measured: str) -> list[str]:
-    """Return the heads of a table: what it states about runs, then k_D and predictions under each law."""
-    first, *others = map(law_label, WEAR_FITS)
-    k_d = [f"k_D by {law}" for law in (first, *others)]
-    return [*about, *k_d, measured, f"predicted, {first}", *others, "from"]
-
-
-def _disc_rows(run: RunOutline) -> list[list[str]]:
-    """Return one row per disc; only the first has the values of the run."""
-    steps, manifest = run.steps, run.manifest
-    drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
-    fits = [_result(steps, name) for name in WEAR_FITS.values()]
-    predictions = [_result(steps, name) for name in PREDICTIONS.values()]
-    volumes = {name: getattr(manifest.end_values, f"{name}_wear_volume") for name in DISCS}
-    reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
-    fitted = any(isinstance(fit, WearFit) and fit.outcome == "fitted" for fit in fits)
-    about = [
-        manifest.id,
-        show(slip(manifest).value, None, "1", "%"),
-        f"{run.ends['rotations']:,.0f}" if "rotations" in run.ends else "–",
-        _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
-        _cell(friction.steady_state if isinstance(friction, FrictionFit) else None, "1"),
-    ]
+def _rows(run: RunOutline) -> list[list[str]]:
+    """Return a row for each body that is fitted or predicted; only the first has the values of the run."""
+    steps, contact = run.steps, run.manifest.described
+    drift = _result(steps, "drift_correction")
+    fits = [_found(steps, name, WearFit) for name in WEAR_FITS.values()]
+    predictions = [_found(steps, name, WearPrediction) for name in PREDICTIONS.values()]
+    reference = next((one.reference for one in predictions if one is not None), None)
+    fitted = any(fit is not None and fit.first is not None for fit in fits)
+    ends: list[Mapping[str, PredictedBody]] = [{} if one is None else one.prediction[0].bodies for one in predictions]
+    known = {name for one in (*(fit.bodies for fit in fits if fit is not None), *ends) for name in one}
+    names = [name for name in contact.body_names if name in known] or list(contact.body_names[:1])
     rows: list[list[str]] = []
-    for name in DISCS:
-        found = [fit.bodies.get(name) if isinstance(fit, WearFit) else None for fit in fits]
-        ends = [
-            p.prediction[0].bodies[name].wear_volume if isinstance(p, WearPrediction) else None for p in predictions
-        ]
+    for name in names:
+        measured = _measured(run, name)
+        found = [None if fit is None else fit.bodies.get(name) for fit in fits]
         rows.append(
             [
-                *(about if not rows else [""] * len(about)),
-                spoken(name).removesuffix(" disc"),
-                *(_cell(one.wear_coefficient if one is not None else None, WEAR_COEFFICIENT) for one in found),
-                *(_cell(volume, "mm^3") for volume in (volumes[name], *ends)),
-                (reference or ("(identifies k_D)" if fitted else "–")) if not rows else "",
+                "" if rows else run.manifest.id,
+                run.manifest.worded(spoken(name)),
+                "" if rows else _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
+                *([""] * 3 if rows else _friction_cells(_result(steps, "friction_fit"))),
+                *(_cell(None if one is None else one.wear_coefficient, WEAR_COEFFICIENT) for one in found),
+                _wear(measured),
+                *(_wear(_predicted(one.get(name), measured)) for one in ends),
+                "" if rows else reference or ("(identifies k_D)" if fitted else "–"),
             ]
         )
     return rows
 
 
-def _row(run: RunOutline) -> list[str]:
-    steps = run.steps
-    drift, friction = _result(steps, "drift_correction"), _result(steps, "friction_fit")
-    predictions = [_result(steps, name) for name in PREDICTIONS.values()]
-    fitted = next((k for name in WEAR_FITS.values() if (k := _coefficient(steps, name))), None)
-    reference = next((p.reference for p in predictions if isinstance(p, WearPrediction)), None)
-    return [
-        run.manifest.id,
-        _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
-        *_friction_cells(friction),
-        *(_cell(_coefficient(steps, name), WEAR_COEFFICIENT) for name in WEAR_FITS.values()),
-        _cell(drift.pin_wear_depth if isinstance(drift, DriftCorrection) else None, "um"),
-        *(_cell(p.prediction[0].contact.approach, "um") if isinstance(p, WearPrediction) else "–" for p in predictions),
-        reference or ("–" if fitted is None else "(identifies k_D)"),
-    ]
+def _found(steps: Mapping[StepName, StepOutline], name: StepName, record: type[R]) -> R | None:
+    result = _result(steps, name)
+    return result if isinstance(result, record) else None
+
+
+def _measured(run: RunOutline, body: str) -> Quantity | None:
+    """Return the final wear depth of a pin, or else the measured wear volume."""
+    drift = _found(run.steps, "drift_correction", DriftCorrection)
+    if drift is not None and drift.pin_wear_depth is not None and body == run.manifest.described.body_names[0]:
+        return drift.pin_wear_depth
+    volume: Quantity | None = getattr(run.manifest.end_values, f"{body}_wear_volume", None)
+    return volume
+
+
+def _predicted(body: PredictedBody | None, measured: Quantity | None) -> Quantity | None:
+    """Return the predicted wear as the quantity that was measured."""
+    if body is None:
+        return None
+    by_depth = body.wear_volume is None or (measured is not None and measured.unit == "m")
+    return body.wear_depth if by_depth else body.wear_volume
+
+
+def _wear(quantity: Quantity | None) -> str:
+    return "–" if quantity is None else quantity.shown("um" if quantity.unit == "m" else "mm^3")
 
 
 def _friction_cells(friction: object) -> list[str]:
@@ -151,11 +146,6 @@ def _friction_cells(friction: object) -> list[str]:
     if friction.outcome == "steady-only":
         return ["–", _cell(friction.steady_state, "1"), "not exponential" if friction.window else "–"]
     return [_cell(friction.amplitude, "1"), _cell(friction.steady_state, "1"), _cell(friction.running_in_distance, "m")]
-
-
-def _coefficient(steps: Mapping[StepName, StepOutline], name: StepName) -> Quantity | None:
-    fit = _result(steps, name)
-    return fit.first.wear_coefficient if isinstance(fit, WearFit) and fit.first is not None else None
 
 
 def _cell(quantity: Quantity | None, unit: str) -> str:

@@ -39,9 +39,7 @@ def sweep(
     recipe: RecipeFile = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            "--out", "-o", help="CSV file for the rows; existing rows are not computed again.", metavar="FILE"
-        ),
+        typer.Option("--out", "-o", help="CSV file for the rows; existing rows are not recomputed.", metavar="FILE"),
     ] = None,
     reuse: Annotated[
         list[Path] | None,
@@ -59,8 +57,8 @@ def sweep(
 ) -> None:
     """Evaluate, predict or simulate for every combination of values.
 
-    The document states which: how much k_D depends on choices of evaluation, wear and life under other conditions, or
-    how well virtual tests find k_D.
+    The document states the purpose: effect of evaluation choices on k_D, wear and service life under other
+    conditions, or recovery of k_D from virtual tests.
     """
     from tribopipe.documents.record import load_toml
     from tribopipe.documents.sweep import Sweep
@@ -68,7 +66,9 @@ def sweep(
     from tribopipe.pipeline.output_paths import made_here, require_free
 
     if figure is not None and figure.suffix not in _PICTURES:
-        raise typer.BadParameter(f"--figure: found {figure.name}; expected a name that ends in {', '.join(_PICTURES)}")
+        raise typer.BadParameter(
+            f"--figure: found {figure.name}; expected a file name that ends in {', '.join(_PICTURES)}"
+        )
     require_free([] if figure is None else [figure], force=force, own=made_here)
     require_free([] if out is None else [out], force=True)  # the rows that are there are taken over
     asked = load_toml(document, Sweep)
@@ -94,15 +94,15 @@ def _take_over(table: "Table", reuse: "Sequence[Path]", *, force: bool) -> None:
     for path in (*reuse, *there):
         others = table.reuse(path)
         if others:
-            say(f"{path}: left out the rows of {others} cases that are of other inputs, or of another version")
+            say(f"{path}: ignored the rows of {others} cases with other inputs or from another version")
     kept = len(table.cases) - len(table.missing)
     if kept:
-        say(f"{kept} of {len(table.cases)} cases are there already; --force does them again.")
+        say(f"{kept} of {len(table.cases)} cases are already computed; use --force to recompute them.")
 
 
 def _tell_size(table: "Table", *, as_json: bool) -> None:
     todo = len(table.missing)
-    say(f"{len(table.cases)} cases, {todo} to be done: {', '.join(head.name for head in table.ensemble.labels)}")
+    say(f"{len(table.cases)} cases, {todo} to compute: {', '.join(head.name for head in table.ensemble.labels)}")
     if as_json:
         print_json({"cases": len(table.cases), "missing": todo})
 

@@ -34,7 +34,7 @@ def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
     told = list(answers(ensemble, found))
     if asked.draws or len(told) > _MOST_ROWS:
         title = f"{asked.title}: " if asked.title else ""
-        print_result(f"{title}{len(told)} rows, which --out FILE.csv keeps and --json prints; in short:")
+        print_result(f"{title}{len(told)} rows (saved with --out FILE.csv, printed with --json); summary:")
         return
     cells = [_cells(ensemble, case, row) for case, row in told]
     if cells:
@@ -92,8 +92,8 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
 
 
 _SPREADS = "k_D in mm³/(N·mm) over all choices; half its range and the stated uncertainty; effect of each choice"
-_SCATTERS = "What the draws make of it; ± is their standard deviation"
-_COVERAGES = "k_D of virtual tests against the true one; ranges are exact binomial 95 % intervals"
+_SCATTERS = "Monte Carlo results; ± is the standard deviation of the draws"
+_COVERAGES = "k_D of virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
 
 
 def _show(title: str, labels: "Sequence[Head]", some: Sequence[S], cells: "Callable[[S], dict[str, str]]") -> None:
@@ -135,7 +135,7 @@ def _scatter_cells(one: "Scatter") -> dict[str, str]:
 def _coverage_cells(one: "Coverage") -> dict[str, str]:
     return {
         "k_D found": f"{one.fitted} of {one.held.of}",
-        "intervals that hold": str(one.held),
+        "intervals with the true k_D": str(one.held),
         **({} if one.limit is None else {f"within {100 * one.limit:g} %": str(one.within)}),
         "bias": _percent(one.bias),
         "scatter": _percent(one.scatter),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Jobs, RecipeFile, crew, load_recipe
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Figures, Jobs, RecipeFile, Template, crew, load_recipe
 from tribopipe.cli.output import FAILED, PARTLY_FAILED, keep_stdout_for_json, print_json, print_result, say
 
 if TYPE_CHECKING:
@@ -17,9 +17,7 @@ _STDERR = 2
 
 def watch(
     folder: Annotated[Path, typer.Argument(help="Folder with the exports of the instruments; it is only read.")],
-    template: Annotated[
-        Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")
-    ] = None,
+    template: Template = None,
     runs: Annotated[
         Path | None, typer.Option("--runs", help="Folder for run folders; default: runs, next to the archive.")
     ] = None,
@@ -32,9 +30,9 @@ def watch(
         bool, typer.Option("--together", help="The files of each subfolder are one test; default: each file is a test.")
     ] = False,
     poll: Annotated[bool, typer.Option("--poll", help="Poll the folder, as required on network shares.")] = False,
-    once: Annotated[bool, typer.Option("--once", help="Process the present files and exit.")] = False,
+    once: Annotated[bool, typer.Option("--once", help="Process the existing files and exit.")] = False,
     jobs: Jobs = None,
-    figures: Annotated[bool, typer.Option(help="Save figures next to the archive.")] = True,
+    figures: Figures = True,
     as_json: Annotated[
         bool,
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each event."),
@@ -67,7 +65,7 @@ def watch(
     kinds: list[Kind] = []
     with alone(lab.runs), undone_by(lambda: os.write(_STDERR, f"{counted(kinds)}{os.linesep}".encode())):
         if not once:
-            say(f"watching {folder}: run folders in {lab.runs}, archive {archive}; Ctrl-C ends it")
+            say(f"watching {folder}: run folders in {lab.runs}, archive {archive}; press Ctrl-C to stop")
         for event in look_once(lab) if once else watched(lab, poll=poll):
             kinds.append(event.kind)
             _tell(event, as_json=as_json)

@@ -43,8 +43,8 @@ RUN_CAPTIONS = {
 _STUDY_CAPTIONS = {
     "friction": "Friction coefficient of each run, with its fit.",
     "coefficient": (
-        "Effective k_D of each run, the wear volume over load and distance in windows along the curve, plotted against "
-        "the friction coefficient there, with both laws."
+        "Effective k_D of each run (wear volume per load and sliding distance, in windows along the wear curve) "
+        "against the friction coefficient in each window, with both laws."
     ),
 }
 
@@ -57,7 +57,7 @@ def study_caption(what: str, *, discs: bool) -> str:
     if discs:
         return (
             f"Wear volume of each disc with {law} and its 95 % band; below, measured over predicted wear. Filled "
-            "markers: runs that identify k_D; open ones: runs that are predicted."
+            "markers: runs that identify k_D; open markers: predicted runs."
         )
     return (
         f"Pin wear depth of each run with {law} and its 95 % band; the law is fitted to the runs marked as fitted, and "

@@ -175,8 +175,8 @@ def _volume_key(manifest: RunManifest, name: str) -> str:
 
 def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:
     steady = None if fit is None else shown(fit.steady_state, "1")
-    yield ReportingItem("result", "friction coefficient at the start", _start(fit), "signals.columns.friction_force")
-    yield ReportingItem("result", "friction coefficient, steady", steady, "signals.columns.friction_force")
+    yield ReportingItem("result", "initial friction coefficient", _start(fit), "signals.columns.friction_force")
+    yield ReportingItem("result", "steady-state friction coefficient", steady, "signals.columns.friction_force")
 
 
 def _start(fit: FrictionFit | None) -> str | None:

@@ -75,7 +75,7 @@ def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
     ax.set_ylabel(axis(name, unit.shown))
     ax.ticklabel_format(axis="y", style="plain", useOffset=False)
     if _is_far_off(before, after):
-        ax.text(0.99, 0.04, "as recorded: off the scale", transform=ax.transAxes, ha="right", color=GREY, fontsize=8)
+        ax.text(0.99, 0.04, "as recorded (off scale)", transform=ax.transAxes, ha="right", color=GREY, fontsize=8)
     else:
         ax.plot(*thinned(time, before), color=GREY, lw=0.8, label="as recorded")
     if np.any(np.isfinite(after)):

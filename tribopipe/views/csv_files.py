@@ -186,18 +186,18 @@ def head_of(name: str, unit: str) -> str:
 _KINDS: dict[str, _Kind] = {
     "raw": _Kind("signals as ingested", "raw", _raw),
     "cleaned": _Kind("preprocessed signals", "clean_up", _cleaned),
-    "other-columns": _Kind("columns of the files that are not signals", "extra_columns", _other_columns),
+    "other-columns": _Kind("other columns of the source files", "extra_columns", _other_columns),
     "corrected": _Kind("wear corrected for drift", "drift_correction/data", _over_samples("drift_correction/data")),
     "friction": _Kind("friction coefficient with its fit", "friction_fit/data", _friction),
     "wear": _Kind("corrected wear with the fitted laws, µm", "wear", _over_samples("wear")),
     **{
-        f"{name}-{law}": _Kind(f"{meaning} by {law_title(law)}", path, _over_samples(path))
+        f"{name}-{law}": _Kind(f"{meaning} ({law_title(law)})", path, _over_samples(path))
         for name, step, meaning in (("fit", "wear_fit", "fitted wear"), ("prediction", "prediction", "predicted wear"))
         for law in LAWS
         for path in [f"{step}_{law}/data"]
     },
     **{
-        f"local-wear-{law}": _Kind(f"local wear by {law_title(law)}", path, _course(path))
+        f"local-wear-{law}": _Kind(f"local wear ({law_title(law)})", path, _course(path))
         for law in LAWS
         for path in [f"local_wear_{law}/course"]
     },

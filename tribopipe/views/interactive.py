@@ -83,7 +83,7 @@ def _xarray() -> Any:
         import xarray
     except ImportError:
         raise NotInstalledError(
-            'xarray: found no such package; expected it for a Dataset; run pip install "tribopipe[xarray]"'
+            'xarray: found no such package; expected xarray for a Dataset; run pip install "tribopipe[xarray]"'
         ) from None
     return xarray
 
@@ -151,8 +151,7 @@ def _fitted_run(fit: WearFit | FrictionFit) -> Any:
     run = fit._fitted_to.run  # noqa: SLF001 - kept for these views alone
     if run is None:
         raise FitError(
-            "fit: found one that was read without its run; expected one that was made in this session or is from an "
-            "archive; use "
+            "fit: found a fit that was read without its run; expected a fit from this session or from an archive; use "
             'archive[run_id].fits["archard"]'
         )
     return run
@@ -161,7 +160,7 @@ def _fitted_run(fit: WearFit | FrictionFit) -> Any:
 def _curves(fit: WearFit) -> WearCurves:
     curves: WearCurves | None = None if (made := fit._fitted_to.curves) is None else made()  # noqa: SLF001 - as above
     if curves is None:
-        raise FitError(f"{fit}; expected a fit that has curves")
+        raise FitError(f"{fit}; expected a fit with curves")
     return curves
 
 

@@ -161,20 +161,22 @@ _DRIFT = Method(
         Equation(r"w ( t ) = g ( d ( t ) − z ) − ρ ( t − t_0 )"),
         Equation(r"ρ = \frac{g ( d ( t_{\text{end}} ) − z ) − h_{\text{end}}}{t_{\text{end}} − t_0}"),
     ),
-    "d is the reading, g the scale of the sensor, z its zero offset at the start of sliding, ρ the drift rate, and "
-    "h_end the wear measured after the test. Zero offset and end reading are fitted to the first and the last part of "
-    "the signal.",
+    "d is the depth signal, g the scale of the sensor, z its zero offset at the start of sliding, ρ the drift rate, "
+    "and "
+    "h_end the wear measured after the test. Zero offset and final value are fitted to the first and the last part "
+    "of the signal.",
     (PAPER,),
 )
 _DRIFT_BY_MODEL = Method(
-    "Model of the depth reading",
+    "Model of the depth signal",
     "Wear and all other contributions to the depth signal were fitted together, with the post-test measurement. The "
-    "corrected wear is the reading minus the mean of all contributions other than wear:",
+    "corrected wear is the depth signal minus the mean of all contributions other than wear:",
     (
         Equation(r"g y ( t ) = z + r t + h ( s ; k_D ) + h_d + a ( 1 − e^{− t / τ} ) + f ( t ) + e ( t )"),
         Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
     ),
-    "y is the reading, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, h_d that "
+    "y is the depth signal, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, "
+    "h_d that "
     "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, and a "
     "shift with the recorded temperature, are alternatives, weighted by their evidence. f is slow "
     "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
@@ -205,8 +207,9 @@ _SPECIFIC = Method(
     "sliding distance.",
 )
 _ARCHARD = Method(
-    "Wear law by Archard",
-    "The worn volume is proportional to load and distance; the surface recedes in proportion to the local pressure p:",
+    "Archard's wear law",
+    "The wear volume is proportional to load and sliding distance; the surface recedes in proportion to the local "
+    "pressure p:",
     (
         Equation(r"\frac{V}{s} = k \frac{F_N}{H}", "1"),
         Equation(r"\frac{d h}{d s} = k_D p"),
@@ -215,7 +218,7 @@ _ARCHARD = Method(
     (PAPER,),
 )
 _SARKAR = Method(
-    "Wear law by Sarkar",
+    "Sarkar's wear law",
     "Friction increases wear by the growth of contact junctions:",
     (
         Equation(r"\frac{V}{s} = k \frac{F_N}{H} \sqrt{1 + 3 μ^2}", "2"),
@@ -258,7 +261,7 @@ _TRUNCATED = Method(
 )
 _FLAT = Method(
     "A flat pin",
-    "The contact keeps its radius a, so that depth is the worn volume over its area:",
+    "The contact keeps its radius a, so that the wear depth is the wear volume divided by its area:",
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
@@ -302,7 +305,7 @@ _BOTH_WEAR = Method(
     ),
 )
 _LOST = Method(
-    "Identification of k_D by wear volume",
+    "Identification of k_D from the wear volume",
     "If only the final wear volume of a body was measured, its k_D is the mean over the test, for any geometry:",
     (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
     "S is the sliding distance weighted by the wear law.",
@@ -366,12 +369,12 @@ _TWO_STEPS = Method(
 )
 _MODEL = Method(
     "Identification of k_D together with drift",
-    "The wear depth H at the end of the test was found with one model of the depth reading, in which wear follows the "
+    "The wear depth H at the end of the test was found with one model of the depth signal, in which wear follows the "
     "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
-    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. If reading and "
-    "measurement differ by more than three standard uncertainties of their difference, the reading is not used, and "
-    "k_D is that of the measurement. Without a post-test measurement, k_D is that of the reading.",
+    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. If depth signal and "
+    "measurement differ by more than three standard uncertainties of their difference, the depth signal is not "
+    "used, and k_D is that of the measurement. Without a post-test measurement, k_D is that of the depth signal.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",
@@ -412,7 +415,7 @@ _SEVERAL = Method(
     references=(PAULE,),
 )
 _COMPARED = Method(
-    "Archard's law against Sarkar's",
+    "Comparison of Archard's and Sarkar's laws",
     "The laws are compared by Akaike's criterion of their fits to each curve, with drift and k_D free; a difference "
     "below 2 is inconclusive.",
     references=(AKAIKE,),

@@ -200,7 +200,7 @@ _FIELDS = {
     "surface_roughness": _Field("roughness Ra"),
     "vickers_hardness": _Field("Vickers hardness HV"),
     "fracture_toughness": _Field("fracture toughness K_Ic"),
-    "film_thickness": _Field("thickness of the coating"),
+    "film_thickness": _Field("coating thickness"),
     "normal_load": _Field("normal load"),
     "sliding_speed": _Field("sliding speed"),
     "curved_disc_speed": _Field("speed of the crowned disc"),
@@ -215,7 +215,7 @@ _FIELDS = {
     "medium": _Field("medium"),
     "temperature": _Field("temperature"),
     "relative_humidity": _Field("relative humidity", "%"),
-    "friction": _Field("friction stated beforehand"),
+    "friction": _Field("stated friction coefficient"),
 }
 """Fields with a name or a unit of their own, in the order in which people read them; others follow."""
 
@@ -272,9 +272,9 @@ def yes_or_no(answer: bool | None) -> str | None:
 
 
 def signed_share(share: float) -> str:
-    """Write a share with its sign, "+1.50%"; one that rounds to nothing without."""
-    written = f"{share:+.2%}"
-    return "0.00%" if written[1:] == "0.00%" else written
+    """Write a share with its sign, "+1.50 %"; a share that rounds to zero has no sign."""
+    written = f"{100 * share:+.2f} %"
+    return "0.00 %" if written[1:] == "0.00 %" else written
 
 
 def listed(words: Iterable[str]) -> str | None:

@@ -82,7 +82,7 @@ def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure"
         _draw_track(below, drawn, found)
         finish(above, title, _words(found))
     else:
-        finish(above, title, in_lines(f"no track: {found.why.partition(';')[0]}"))
+        finish(above, title, in_lines(f"no wear track: {found.why.partition(';')[0]}"))
     above.set_ylabel(axis("height", drawn.raw_up))
     below.set_ylabel(axis("above unworn surface", drawn.up))
     below.set_xlabel(axis("position", drawn.along))

@@ -242,7 +242,7 @@ def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None
 
 def _friction_words(fit: FrictionFit) -> str:
     if fit.steady_state is not None and fit.window is None:
-        return f"b = {fit.steady_state}, the mean of the second half; the sliding distance is not known"
+        return f"b = {fit.steady_state}, the mean of the second half; sliding distance unknown"
     if fit.outcome != "exponential":
         return f"b = {fit.steady_state}: {fit.notes[-2]}" if fit.steady_state else "; ".join(fit.notes)
     return f"A = {fit.amplitude}, b = {fit.steady_state}, c = {fit.running_in_distance}"
@@ -420,8 +420,8 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
                 written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
     except OSError as error:
         raise ArchiveError(
-            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with room and write "
-            "permission; see to that, and give the same command again"
+            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with free space and "
+            "write permission; correct this and run the same command again"
         ) from None
 
 

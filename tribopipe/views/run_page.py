@@ -51,7 +51,7 @@ def step_title(name: StepName) -> str:
     """Return what people call a step."""
     for steps, title in _UNDER_LAWS:
         if (law := steps.law_of(name)) is not None:
-            return f"{title} by {law_title(law)}"
+            return f"{title} ({law_title(law)})"
     return _TITLES[name]
 
 
@@ -95,7 +95,7 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
         str(result),
         facts(
             ("drift rate", shown(result.drift_rate, "nm/min")),
-            ("drift rate by two-step correction", _by_two_steps(result)),
+            ("drift rate (two-step correction)", _by_two_steps(result)),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
             ("anchored on", result.anchor and measured_quantities(result.anchor)),
@@ -115,13 +115,13 @@ def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     """Yield what the model finds in a depth reading in addition to wear and a line."""
     yield "95 % interval of the drift rate", between(model.drift_interval, "nm/min")
     yield "probability of settling", f"{model.settling_probability:.2f}"
-    yield "amplitude of the settling", shown(model.settling)
-    yield "time constant of the settling", duration(model.settling_time)
+    yield "settling amplitude", shown(model.settling)
+    yield "settling time constant", duration(model.settling_time)
     if model.thermal_probability is not None:
-        yield "probability of a shift with the temperature", f"{model.thermal_probability:.2f}"
-    yield "shift over the range of the temperature", shown(model.thermal_shift)
-    yield "slow wander, root mean square", shown(model.wander, "nm")
-    yield "noise of a block average, standard deviation", shown(model.noise, "nm")
+        yield "probability of a temperature shift", f"{model.thermal_probability:.2f}"
+    yield "shift over the temperature range", shown(model.thermal_shift)
+    yield "slow wander (root mean square)", shown(model.wander, "nm")
+    yield "noise of block averages (standard deviation)", shown(model.noise, "nm")
 
 
 def _friction_told(result: FrictionFit, _: Steps) -> Told:
@@ -134,7 +134,7 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
     return Told(
         sentences[result.outcome],
         facts(
-            ("A, above the steady state at the start", shown(result.amplitude)),
+            ("A, initial excess over the steady state", shown(result.amplitude)),
             ("b, steady state", shown(result.steady_state)),
             ("c, running-in distance", shown(result.running_in_distance, "m")),
             ("fitted between", interval(result.window, "m")),
@@ -159,22 +159,25 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
         str(result.model_copy(update={"notes": ()})),
         facts(
             *(
-                (f"rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
+                (f"wear rate of the {name}", shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE))
                 for name, body in bodies.items()
             ),
             *(
-                (f"steady rate of the {name}", _steady(body))
+                (f"steady-state wear rate of the {name}", _steady(body))
                 for name, body in bodies.items()
                 if body.steady_rate is not None
             ),
-            ("rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
-            *((f"volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
-            *((f"depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
-            ("over a sliding distance of", shown(result.sliding_distance, "m")),
-            ("under a normal load of", None if load is None else f"{shown(load)}, {result.load}"),
+            ("wear rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
+            *((f"wear volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
+            *((f"wear depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
+            ("sliding distance", shown(result.sliding_distance, "m")),
+            ("normal load", None if load is None else f"{shown(load)}, {result.load}"),
         ),
         result.notes,
-        (TextTable("wear by measurement", ("body", "measured", "depth", "volume"), tuple(rows)), *_intervals(bodies)),
+        (
+            TextTable("wear from each measurement", ("body", "measured", "depth", "volume"), tuple(rows)),
+            *_intervals(bodies),
+        ),
     )
 
 
@@ -277,8 +280,8 @@ def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
     slipped = stated_slip(manifest) if conditions.slip is None else None
     return facts(
-        ("sliding speed, from these", shown(speed)),
-        ("slip, from these", shown(slipped, "%")),
+        ("sliding speed (calculated)", shown(speed)),
+        ("slip (calculated)", shown(slipped, "%")),
     )
 
 

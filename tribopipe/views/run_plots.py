@@ -25,7 +25,7 @@ from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Rol
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
 WANDER = "/entry/drift_correction/data/wander"
 _FRICTION = "/entry/friction_fit/data/friction_coefficient"
-WANDER_NAME = "wander: slow, neither wear nor drift"
+WANDER_NAME = "slow wander (neither wear nor drift)"
 """What the slow process of the model is called in legends."""
 RAW, CLEANED = "/entry/raw/", "/entry/clean_up/data/"
 """Where signals stand as recorded, and as preprocessed."""
@@ -169,7 +169,7 @@ def wear_panels(
         lines = [_law(x, run.id, curves, shown.outcome, shown.unit, shown.factor) for curves in laws]
         wear = shown.measured
         if wear is not None:
-            lines.insert(0, Curve("pin wear, corrected", "measured", x, wear, shown.unit, run.id, path=PIN_WEAR))
+            lines.insert(0, Curve("corrected pin wear", "measured", x, wear, shown.unit, run.id, path=PIN_WEAR))
         panels.append(Panel(shown.quantity, shown.unit, tuple(lines), shown.marks, shown.body))
         left = tuple(
             Curve(f"measured − {line.name}", "residual", x, wear - line.y, shown.unit, run.id, line.law)
@@ -305,7 +305,7 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
             yield replace(own, name=spoken(disc), law=None, series=number)
 
 
-_MODELS = {"local": "", "GIWM": "giwm_", "GIWM as printed, Eq. 11": "giwm_as_printed_"}
+_MODELS = {"local": "", "GIWM": "giwm_", "GIWM, Eq. 11 as published": "giwm_as_printed_"}
 """What local wear is drawn with, by what its columns begin with."""
 _COURSE = (
     ("wear depth", MICRONS, "depth"),

@@ -89,7 +89,8 @@ def runs_workbook(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> 
         from openpyxl import Workbook
     except ImportError:
         raise NotInstalledError(
-            'openpyxl: found no such package; expected it to write a workbook; run pip install "tribopipe[excel]"'
+            "openpyxl: found no such package; expected openpyxl for writing a workbook; run pip install "
+            '"tribopipe[excel]"'
         ) from None
     book = Workbook(write_only=True)
     sheet = book.create_sheet("runs")

@@ -85,8 +85,8 @@ def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
     if between is None:
         return
     yield (
-        f"scatter of {what} between the {between.runs} runs: {between.scatter:.1%}; "
-        f"within a run: {between.within:.1%}; test for a common k_D: p = {between.p_value:.2g}"
+        f"between-run scatter of {what} ({between.runs} runs): {100 * between.scatter:.1f} %; "
+        f"within a run: {100 * between.within:.1f} %; test for a common k_D: p = {between.p_value:.2g}"
     )
     for run_id in between.outliers:
         yield f'{run_id}: outlier; to exclude it: `tribopipe mark-bad {run_id} --reason "…"`'
@@ -143,7 +143,7 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
     yield "95 % interval", _bare_interval(body.predicted_interval, shown_in)
     yield "E_n", signed(body.e_n, 2)
     yield "along", signed(body.e_n_all, 2)
-    yield "k_D / study's", str(body.coefficient_ratio)
+    yield "k_D / study k_D", str(body.coefficient_ratio)
     yield "agreement", AGREEMENT[body.outcome]
 
 

@@ -58,9 +58,9 @@ _UNITS = {"m": "mm", "1": "%"}
 
 
 _OF_BODIES = (
-    ("depth at the sides", "wear_depth_edge", "um"),
-    ("volume", "wear_volume", "mm^3"),
-    ("cross-section of the track", "track_cross_section", "um^2"),
+    ("wear depth at the sides", "wear_depth_edge", "um"),
+    ("wear volume", "wear_volume", "mm^3"),
+    ("cross-sectional area of the wear track", "track_cross_section", "um^2"),
 )
 """What else than its depth in the middle is stated of a body where it is predicted."""
 
@@ -87,7 +87,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("relative error of the steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (_points("predicted", result.prediction), _points("points at which depths are reached", result.reached)),
+        (_points("predicted", result.prediction), _points("where the wear depths are reached", result.reached)),
     )
 
 
@@ -106,11 +106,11 @@ def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
         yield "rotations", f"{one.rotations.value:,.0f}"
     yield "time", duration(one.time) or NOTHING
     for name, body in one.bodies.items():
-        yield f"{spoken(name)}, depth", body.wear_depth.shown("um")
+        yield f"wear depth, {spoken(name)}", body.wear_depth.shown("um")
     for words, what, unit in _OF_BODIES:
         for name, body in one.bodies.items():
             if (found := getattr(body, what)) is not None:
-                yield f"{spoken(name)}, {words}", found.shown(unit)
+                yield f"{words}, {spoken(name)}", found.shown(unit)
     yield "contact width", _twice(one.contact.half_width).shown("um")
     if one.contact.half_length.value != one.contact.half_width.value:
         yield "contact length", _twice(one.contact.half_length).shown("um")
@@ -135,12 +135,15 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ("k_D used, cylindrical disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
-            ("contact solved with", result.engine),
+            ("contact solver", result.engine),
             ("scheme", result.scheme),
             ("wear steps per decade", f"{result.steps_per_decade}"),
             ("grid points", " × ".join(f"{number:,}" for number in result.grid)),
             ("smallest grid spacing", shown(result.finest)),
-            ("elasticity updated every", f"{result.update_mesh_every} steps" if result.update_mesh_every else "never"),
+            (
+                "elasticity update interval",
+                f"{result.update_mesh_every} steps" if result.update_mesh_every else "never",
+            ),
         ),
         result.notes,
         (_local_pin(pin), _local_discs(discs)),
@@ -167,7 +170,7 @@ def _local_pin(points: Sequence[LocalPinPoint]) -> TextTable:
         for one in points
     ]
     columns = ("sliding distance", *_LOCAL, "contact radius", "volume")
-    return TextTable("local wear of the pin, and pressure on it", columns, tuple(rows))
+    return TextTable("local wear of the pin and contact pressure", columns, tuple(rows))
 
 
 def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
@@ -180,8 +183,8 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
         )
         for one in points
     ]
-    sizes = ("half width", "half length", "crowned disc, volume", "cylindrical disc, volume")
-    return TextTable("local wear of both discs, and pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))
+    sizes = ("half width", "half length", "wear volume, crowned disc", "wear volume, cylindrical disc")
+    return TextTable("local wear of both discs and contact pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))
 
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
@@ -205,12 +208,12 @@ def wear_fit_told(result: WearFit, _: Steps) -> Told:
 def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str | None]]:
     """Yield what is known of the wear of one body."""
     of = spoken(name)
-    yield f"k_D of the {of} by {law_title(fit.model)}", shown(body.wear_coefficient, WEAR_COEFFICIENT)
-    yield "the same in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
+    yield f"k_D of the {of} ({law_title(fit.model)})", shown(body.wear_coefficient, WEAR_COEFFICIENT)
+    yield "same value in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
     yield "95 % interval", interval(body.interval, WEAR_COEFFICIENT)
     yield "uncertainty from noise of the depth signal", shown(body.random_uncertainty, WEAR_COEFFICIENT)
-    yield f"wear depth of the {of} at the end, fitted", shown(body.fitted_end_depth)
-    yield f"wear depth of the {of} at the end, measured", shown(body.measured_end_depth)
+    yield f"final wear depth of the {of} (fitted)", shown(body.fitted_end_depth)
+    yield f"final wear depth of the {of} (measured)", shown(body.measured_end_depth)
 
 
 def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
@@ -220,9 +223,9 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     yield "p-value of the difference", None if fit.p_value is None else f"{fit.p_value:.2g}"
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
-    yield "depth against volume", _ENGINES[fit.engine]
+    yield "relation of depth and volume", _ENGINES[fit.engine]
     yield "distance per rotation", fit.distance_per_rotation
-    yield "correction for drift", None if fit.correction is None else _CORRECTIONS[fit.correction]
+    yield "drift correction", None if fit.correction is None else _CORRECTIONS[fit.correction]
     yield "based on", fit.basis
     yield "friction", fit.friction
     yield "half width of the unworn contact", None if start is None else shown(start.half_width)
@@ -261,8 +264,8 @@ def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
         for line in budget
     ]
     return TextTable(
-        f"budget of {what}",
-        ("input", "value", "stated by", "distribution", "sensitivity", "contribution", "share of variance"),
+        f"uncertainty budget of {what}",
+        ("input", "value", "source", "distribution", "sensitivity", "contribution", "share of variance"),
         tuple(rows),
         spare=("distribution", "sensitivity"),
     )
@@ -282,7 +285,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
     """Return the interval that was drawn with that by first-order propagation."""
     rows: list[tuple[str, ...]] = []
     if (draws := body.monte_carlo) is not None:
-        stable = "" if draws.stable else ", not yet stable"
+        stable = "" if draws.stable else " (not converged)"
         mean = draws.mean.model_copy(update={"standard_uncertainty": draws.standard_uncertainty.value})
         agrees = "they agree" if draws.agrees_with_first_order else "they do not agree"
         rows = [
@@ -299,22 +302,22 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 "",
             ),
         ]
-    return TextTable(f"{what} by Monte Carlo and first-order", ("by", what, "95 % interval", ""), tuple(rows))
+    return TextTable(f"{what}: Monte Carlo and first-order", ("by", what, "95 % interval", ""), tuple(rows))
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
-    """Return k_D by the depth reading alone, by the post-test measurement alone, and as reported."""
+    """Return k_D by the depth signal alone, by the post-test measurement alone, and as reported."""
     known = (
-        ("depth reading alone", body.by_reading, "not trusted" if fit.basis == "measurement" else ""),
+        ("depth signal alone", body.by_reading, "not trusted" if fit.basis == "measurement" else ""),
         ("post-test measurement alone", body.by_measurement, ""),
         ("reported", body.wear_coefficient, fit.basis or "two-step correction"),
     )
     rows = [(by, value.shown(WEAR_COEFFICIENT), note) for by, value, note in known if value is not None]
     if fit.deviation is not None:
         apart = f"{abs(fit.deviation):.1f} standard uncertainties"
-        rows.append(("reading and measurement differ by", apart, ""))
+        rows.append(("difference", apart, ""))
     shown_rows = rows if body.by_reading is not None else []
-    return TextTable(f"{what} by reading and by measurement", ("by", "k_D", "based on"), tuple(shown_rows))
+    return TextTable(f"{what} from depth signal and measurement", ("by", "k_D", "based on"), tuple(shown_rows))
 
 
 def _fitted_values(fit: WearFit) -> TextTable:
@@ -323,9 +326,7 @@ def _fitted_values(fit: WearFit) -> TextTable:
         for one in fit.measurements
         for unit in ["mm^3" if one.measured.unit == "m^3" else "um"]
     ]
-    return TextTable(
-        "measured values and the fitted law", ("measured", "rotations", "value", "by the law"), tuple(rows)
-    )
+    return TextTable("measured values and the fitted law", ("measured", "rotations", "value", "model"), tuple(rows))
 
 
 def _equivalents(fit: WearFit) -> TextTable:
@@ -334,7 +335,7 @@ def _equivalents(fit: WearFit) -> TextTable:
         for one in fit.equivalents
     ]
     return TextTable(
-        "k_D with other conventions of sliding distance",
+        "k_D with other sliding-distance conventions",
         ("distance per rotation", *map(spoken, fit.bodies)),
         tuple(rows),
     )

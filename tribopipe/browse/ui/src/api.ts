@@ -223,7 +223,7 @@ export async function get<T>(path: string, query: Record<string, string | number
     answer = await fetch(`/api/${path}${suffix}`, signal ? { signal } : {});
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw new ApiError(0, "The server does not answer; it may have been stopped. Start `tribopipe browse` again.");
+    throw new ApiError(0, "The server does not respond; it may have been stopped. Start `tribopipe browse` again.");
   }
   const body: unknown = await answer.json().catch(() => null);
   if (!answer.ok) {

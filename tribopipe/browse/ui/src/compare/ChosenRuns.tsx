@@ -20,7 +20,7 @@ export function ChosenRuns({ ids, known, onChange }: Props) {
           {known.has(id) ? <Link href={runHref(id)}>{id}</Link> : <span>{id}</span>}
           <button
             type="button"
-            aria-label={`Take ${id} out`}
+            aria-label={`Remove ${id}`}
             onClick={() => onChange(ids.filter((other) => other !== id))}
           >
             ×

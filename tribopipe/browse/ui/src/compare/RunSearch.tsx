@@ -49,7 +49,7 @@ export function RunSearch({ rows, columns, chosen, onAdd }: Props) {
             </li>
           ))}
           {found.length > OFFERED && <li className="soft">… and {found.length - OFFERED} more</li>}
-          {found.length === 0 && <li className="soft">No other run matches.</li>}
+          {found.length === 0 && <li className="soft">No other matching runs.</li>}
         </ul>
       )}
     </div>

@@ -24,7 +24,7 @@ export function ZoomTools({ title, onStep }: { title: string; onStep(step: Step)
         </button>
       ))}
       <button type="button" className="button button-small" onClick={() => onStep("whole")}>
-        Whole run
+        Full range
       </button>
     </div>
   );

@@ -20,7 +20,7 @@ export function Recorded({ run, offers }: { run: Run; offers: PlotOffer[] }) {
     <PlotSection key={offer.name} base={apiOf(run.id)} file={run.file} offer={offer} />
   );
   return (
-    <FoldedCard title="As recorded" id="recorded">
+    <FoldedCard title="Recorded signals" id="recorded">
       {() => (
         <>
           {offers.filter((offer) => !isOther(offer)).map(plot)}

@@ -64,7 +64,7 @@ function sections(run: Run): Section[] {
     { id: "findings", title: "Findings" },
     ...(run.remarks.length > 0 ? [{ id: "remarks", title: "Remarks" }] : []),
     { id: "measured", title: "Test and measurements" },
-    ...(recorded(run).length > 0 ? [{ id: "recorded", title: "As recorded" }] : []),
+    ...(recorded(run).length > 0 ? [{ id: "recorded", title: "Recorded signals" }] : []),
     ...run.stages.map(({ name, title }) => ({ id: stageId(name), title })),
     { id: "provenance", title: "Provenance" },
     { id: "sources", title: "Source files" },

@@ -18,9 +18,9 @@ function stageOf(name: string, title: string, facts: Record<string, string>): St
   return { ...rest, name, title, facts: Object.entries(facts).map(([fact, value]) => ({ name: fact, value })) };
 }
 
-const fit = stageOf("wear_fit_archard", "Wear coefficient by Archard's law", {
-  "k_D by Archard's law": "(2.0 ± 0.1)×10⁻⁹ mm³/(N·mm)",
-  "the same in mm³/(N·m)": "(2.0 ± 0.1)×10⁻⁶ mm³/(N·m)",
+const fit = stageOf("wear_fit_archard", "Wear coefficient (Archard's law)", {
+  "k_D (Archard's law)": "(2.0 ± 0.1)×10⁻⁹ mm³/(N·mm)",
+  "same value in mm³/(N·m)": "(2.0 ± 0.1)×10⁻⁶ mm³/(N·m)",
   "95 % interval": "1.8 to 2.2",
 });
 const drift = stageOf("drift_correction", "Drift correction", {
@@ -32,15 +32,15 @@ const drift = stageOf("drift_correction", "Drift correction", {
 });
 const friction = stageOf("friction_fit", "Friction", { "b, steady state": "0.61", "mean of μ over the run": "0.58" });
 const rates = stageOf("specific_wear", "Specific wear rate", {
-  "rate of the pin": "3",
-  "rate of both": "4",
-  "volume of the pin": "0.1 mm³, from the profile",
+  "wear rate of the pin": "3",
+  "wear rate of both": "4",
+  "wear volume of the pin": "0.1 mm³, from the profile",
 });
 
 describe("tiles", () => {
   it("tell coefficient, depth, friction, rate and drift in this order, whatever that of the stages", () => {
     const expected = [
-      "k_D by Archard's law",
+      "k_D (Archard's law)",
       "Wear depth at the end",
       "Steady friction μ",
       "Specific wear rate of the pin",
@@ -52,11 +52,11 @@ describe("tiles", () => {
 
   it("tell what belongs to a result in small letters", () => {
     const more = new Map(tiles([fit, drift, friction, rates]).map(({ label, more }) => [label, more]));
-    expect(more.get("k_D by Archard's law")).toBe("95 % interval 1.8 to 2.2");
+    expect(more.get("k_D (Archard's law)")).toBe("95 % interval 1.8 to 2.2");
     expect(more.get("Wear depth at the end")).toBe("pin 20 µm, disc 5 µm");
     expect(more.get("Drift rate")).toBe("discrepancy 0.3 µm");
     expect(more.get("Steady friction μ")).toBe("mean over the run 0.58");
-    expect(more.get("Specific wear rate of the pin")).toBe("volume 0.1 mm³");
+    expect(more.get("Specific wear rate of the pin")).toBe("wear volume 0.1 mm³");
     expect(more.get("Specific wear rate of both")).toBe("");
   });
 
@@ -67,7 +67,7 @@ describe("tiles", () => {
   });
 
   it("give both discs one tile per law, each disc with its own interval", () => {
-    const discs = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", {
+    const discs = stageOf("wear_fit_sarkar", "Wear coefficient (Sarkar's law)", {
       "k_D of the crowned disc": "1",
       "95 % interval, crowned disc": "0.9 to 1.1",
       "k_D of the cylindrical disc": "2",
@@ -75,7 +75,7 @@ describe("tiles", () => {
     });
     expect(tiles([discs])).toEqual([
       {
-        label: "k_D by Sarkar's law",
+        label: "k_D (Sarkar's law)",
         value: "crowned disc: 1\ncylindrical disc: 2",
         more: "crowned disc: 95 % interval 0.9 to 1.1",
         stage: "wear_fit_sarkar",
@@ -84,8 +84,8 @@ describe("tiles", () => {
   });
 
   it("give the law to names without one", () => {
-    const pin = stageOf("wear_fit_sarkar", "Wear coefficient by Sarkar's law", { "k_D of the pin": "1" });
-    expect(tiles([pin]).map(({ label }) => label)).toEqual(["k_D of the pin, Sarkar's law"]);
+    const pin = stageOf("wear_fit_sarkar", "Wear coefficient (Sarkar's law)", { "k_D of the pin": "1" });
+    expect(tiles([pin]).map(({ label }) => label)).toEqual(["k_D of the pin (Sarkar's law)"]);
   });
 
   it("say nothing of what was not found", () => {

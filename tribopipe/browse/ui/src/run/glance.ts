@@ -39,20 +39,20 @@ const valueOf = (stage: Stage, name: string): string | undefined =>
 
 /** The k_D of a law, of each body in a line of its own, with the interval that is told after it, before the next. */
 function coefficients(stage: Stage): Said[] {
-  const law = stage.title.split(" by ").at(-1) ?? "";
+  const law = /\((.+)\)$/.exec(stage.title)?.[1] ?? "";
   const found = stage.facts.flatMap(({ name, value }, place) =>
     name.startsWith("k_D") ? [{ name, value, more: interval(stage.facts.slice(place + 1)) }] : [],
   );
   if (found.length > 1) {
     const lines = (text: (one: (typeof found)[number]) => string) =>
       found.map((one) => text(one) && `${bodyOf(one.name)}: ${text(one)}`).filter(Boolean).join("\n");
-    return [tile(`k_D by ${law}`, lines(({ value }) => value), lines(({ more }) => more))];
+    return [tile(`k_D (${law})`, lines(({ value }) => value), lines(({ more }) => more))];
   }
-  return found.map(({ name, value, more }) => tile(name.includes(law) ? name : `${name}, ${law}`, value, more));
+  return found.map(({ name, value, more }) => tile(name.includes(law) ? name : `${name} (${law})`, value, more));
 }
 
-/** "curved disc" of "k_D of the curved disc by Archard's law" */
-const bodyOf = (name: string): string => name.replace(/^k_D of the /, "").replace(/( by|,) .*$/, "");
+/** "crowned disc" of "k_D of the crowned disc (Archard's law)" */
+const bodyOf = (name: string): string => name.replace(/^k_D of the /, "").replace(/ \(.*$/, "");
 
 function interval(after: Fact[]): string {
   const next = after.find(({ name }) => /^(k_D|95 % interval)/.test(name));
@@ -80,11 +80,11 @@ function friction(stage: Stage): Said[] {
 
 function rates(stage: Stage): Said[] {
   return stage.facts
-    .filter(({ name }) => name.startsWith("rate of "))
+    .filter(({ name }) => name.startsWith("wear rate of "))
     .map(({ name, value }) => {
-      const body = name.slice("rate of ".length);
-      const volume = valueOf(stage, `volume of ${body}`)?.split(", from ")[0];
-      return tile(`Specific wear rate of ${body}`, value, volume && `volume ${volume}`);
+      const body = name.slice("wear rate of ".length);
+      const volume = valueOf(stage, `wear volume of ${body}`)?.split(", from ")[0];
+      return tile(`Specific wear rate of ${body}`, value, volume && `wear volume ${volume}`);
     });
 }
 

@@ -46,8 +46,8 @@ function Unreachable() {
   if (reachable) return null;
   return (
     <div className="notice notice-warn notice-wide" role="status">
-      <strong>The server does not answer.</strong> The page shows the last state; start <code>tribopipe browse</code> again
-      to go on.
+      <strong>The server does not respond.</strong> The page shows the last data received; start <code>tribopipe browse</code> again
+      to continue.
     </div>
   );
 }

@@ -21,7 +21,7 @@ export class Boundary extends Component<{ children: ReactNode }, State> {
           <p>{this.state.error.message}</p>
           <p>
             <button type="button" className="button" onClick={() => location.reload()}>
-              Load it again
+              Reload
             </button>
           </p>
         </div>

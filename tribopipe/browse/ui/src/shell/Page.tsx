@@ -48,10 +48,10 @@ function decoded(part: string): string {
 }
 
 function NoPage() {
-  useTitle("No such page");
+  useTitle("Page not found");
   return (
     <div className="page">
-      <Empty title="There is no such page.">
+      <Empty title="Page not found.">
         <p>
           <Link href="/">All runs</Link>
         </p>

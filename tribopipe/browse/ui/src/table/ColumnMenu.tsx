@@ -34,7 +34,7 @@ export function ColumnMenu({ columns, chosen }: Props) {
           ))}
       </fieldset>
       <button type="button" className="button button-small" onClick={() => setQuery({ columns: null })}>
-        As it was
+        Reset
       </button>
     </Menu>
   );

@@ -6,7 +6,7 @@ import { setQuery } from "../shell/router";
 export function NoRuns({ archive }: { archive: Archive }) {
   if (archive.runs > 0) {
     return (
-      <Empty title="No run matches.">
+      <Empty title="No matching runs.">
         <button type="button" className="button" onClick={() => setQuery({ where: null, q: null })}>
           Show all runs
         </button>
@@ -14,7 +14,7 @@ export function NoRuns({ archive }: { archive: Archive }) {
     );
   }
   return (
-    <Empty title="This archive holds no run yet.">
+    <Empty title="This archive contains no runs yet.">
       <p>
         Take in a run folder with <code>tribopipe ingest run/ --archive {archive.folder}</code>
       </p>

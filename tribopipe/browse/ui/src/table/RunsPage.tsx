@@ -81,7 +81,7 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
       <div className="runs-tools">
         <p className="count" role="status">
           <strong>{rows.length}</strong> of {archive.runs} {archive.runs === 1 ? "run" : "runs"}
-          {failed && ", as they were before"}
+          {failed && " (previous result)"}
         </p>
         {archive.runs > 0 && <Selection ids={[...selected]} />}
         <ColumnMenu columns={archive.columns} chosen={columns} />

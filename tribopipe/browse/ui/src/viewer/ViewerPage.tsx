@@ -70,7 +70,7 @@ function NoFile() {
   return (
     <div className="page">
       <h1 className="hidden">Viewer</h1>
-      <Empty title="No file is named.">
+      <Empty title="No file selected.">
         <p>
           Choose a run in the <Link href="/">table of runs</Link>, and open its file from its page.
         </p>

@@ -52,4 +52,4 @@ export function useOpening(file: string, asked: string): Opening {
 }
 
 const told = (error: unknown): ApiError =>
-  error instanceof ApiError ? error : new ApiError(0, "The server does not answer; start `tribopipe browse` again.");
+  error instanceof ApiError ? error : new ApiError(0, "The server does not respond; start `tribopipe browse` again.");

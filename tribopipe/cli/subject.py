@@ -1,0 +1,117 @@
+"""The run that wear is calculated for: an archived run with its fit, or a run folder with a given k_D."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tribopipe.base.errors import FitError
+from tribopipe.cli.options import friction_path
+
+if TYPE_CHECKING:
+    from tribopipe.archive.store import Archive
+    from tribopipe.cli.options import Law
+    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.documents.recipe import Recipe
+    from tribopipe.physics.friction_path import FrictionPath
+    from tribopipe.results.wear_fit import WearFit
+
+
+@dataclass(frozen=True)
+class Subject:
+    """Conditions, k_D and friction of the run that wear is calculated for."""
+
+    manifest: "RunManifest"
+    end: float | None
+    """End of the test, m or rotations; none if run.toml does not state it."""
+    friction: "FrictionPath | None"
+    """μ(s) for a law that needs it; none if it is unknown."""
+    fit: "WearFit | None" = None
+    """Archived fit; none if k_D is given."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Wear law and recipe, and whether k_D and friction are given on the command line."""
+
+    law: "Law"
+    recipe: "Recipe"
+    has_coefficient: bool
+    friction: str | None = None
+    eq_7: bool = False
+    """Whether only Eq. 7 will do as μ(s), and not friction as recorded."""
+
+
+def is_folder(run: str, archive: Path) -> bool:
+    """Distinguish a run folder from the ID of an archived run, which has priority."""
+    return Path(run).exists() and not (archive / f"{run}.h5").exists()
+
+
+def no_coefficient(folder: Path) -> str:
+    """Return the error for a run folder without --wear-coefficient."""
+    return (
+        f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify --wear-coefficient "
+        '"13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
+    )
+
+
+def folder_subject(folder: Path, given: Given) -> Subject:
+    """Read a run folder; its signals only if friction must be fitted."""
+    from tribopipe.documents.manifest import manifest_path, read_manifest
+    from tribopipe.evaluation.load_and_friction import stated_path
+
+    manifest, _ = read_manifest(manifest_path(folder))
+
+    def known() -> "FrictionPath | None":
+        stated = manifest.conditions.friction
+        if stated is not None:
+            return stated_path(stated)
+        return None if given.eq_7 else _recorded_friction(folder, given.recipe)
+
+    return Subject(manifest, manifest.planned, _friction(given, known))
+
+
+def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
+    """Return an archived run, with its own fit unless k_D is given. Raises ``FitError`` if it has no fitted k_D."""
+    from tribopipe.archive.steps import WEAR_FITS
+    from tribopipe.evaluation.load_and_friction import fitted_path, run_path
+    from tribopipe.physics.laws import law_title
+    from tribopipe.pipeline.archived_results import archived_friction
+    from tribopipe.results.wear_fit import WearFit
+
+    run, fit = store.cleaned(run_id), None
+    if not given.has_coefficient:
+        fit = store.result(run_id, WEAR_FITS[given.law], WearFit)
+        if fit is None:
+            raise FitError(
+                f"{run_id}: found no k_D of {law_title(given.law)}; expected a fitted k_D; run `tribopipe fit {run_id} "
+                f"--law {given.law}`, or specify k_D with --wear-coefficient"
+            )
+        if fit.outcome == "not fitted":
+            raise FitError(
+                f"{run_id}: found no k_D (missing: {' and '.join(fit.lacks)}); expected a fitted k_D; specify k_D with "
+                "--wear-coefficient"
+            )
+
+    def known() -> "FrictionPath | None":
+        fitted = archived_friction(store, run_id)
+        return fitted_path(fitted) if given.eq_7 else run_path(run, fitted, given.recipe.wear.friction)
+
+    return Subject(run.manifest, float(run.progress[-1]), _friction(given, known), fit)
+
+
+def _friction(given: Given, known: "Callable[[], FrictionPath | None]") -> "FrictionPath | None":
+    from tribopipe.physics.laws import law_named
+
+    stated = None if given.friction is None else friction_path(given.friction)
+    return stated or known() if law_named(given.law).needs_friction else None
+
+
+def _recorded_friction(folder: Path, recipe: "Recipe") -> "FrictionPath | None":
+    from tribopipe.evaluation.friction import fit_friction
+    from tribopipe.evaluation.load_and_friction import run_path
+    from tribopipe.evaluation.preprocessing.cleaning import clean_run
+    from tribopipe.readers.harmonize import read_run
+
+    read = clean_run(read_run(folder), recipe).run
+    return run_path(read, fit_friction(read, recipe.friction, recipe.uncertainty), recipe.wear.friction)
