@@ -150,7 +150,7 @@ def test_profile_of_heights(made):
             b"t;Ft\n0;1\n1;2\n",
             "line 2: found the number '0'; expected the row of",
         ),
-        ("header_lines = 0", b"t;Ft\n", "no row of numbers below the names"),
+        ("header_lines = 0", b"t;Ft\n", "no data rows below the header"),
         ("header_lines = 0", b"t;Ft\n0;1\n1\n2;3\n", "line 3: found 1 field, expected 2"),
         ("header_lines = 0", b"t;Ft\n0;1\n1;2;3\n", "line 3: found 3 fields, expected 2"),
         ("header_lines = 0", b"", "empty file"),

@@ -72,7 +72,7 @@ def test_people_see_units_in_brackets(run_cli, files):
     shown = run_cli("formats", "detect", files["second"])
     assert shown.exit_code == 0
     assert "Time [s]" in shown.output
-    assert "friction_coefficient, by its name" in shown.output
+    assert "friction_coefficient, from its name" in shown.output
 
 
 def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):
@@ -80,7 +80,7 @@ def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):
     assert refused.exit_code == 1
     (told,) = detected(refused)
     assert {one["format"] for one in told["candidates"]} == set(readers())
-    assert "found no known format, and as a plain table: " in told["error"]
+    assert "found no known format; read as a plain table: " in told["error"]
     (error,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
     assert str(files["third"].parent) in error
     assert "ducom-winducom" in refused.stderr
@@ -178,7 +178,7 @@ def column(name: str, unit: str | None = None, signal=None) -> ReadColumn:
 def test_meanings_by_name(name, unit, signal):
     meaning = meanings_of([column(name, unit)]).get(name)
     assert (meaning and meaning.signal) == signal
-    assert meaning is None or (meaning.lacks, meaning.by) == ("", "by its name")
+    assert meaning is None or (meaning.lacks, meaning.by) == ("", "from its name")
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_written_heights_come_back_exactly(rows, columns, random):
         (MATRIX, "no comments with two extents"),
         (written(wide="12"), "no comments with two extents"),
         (written(wide="12 s"), "no comments with two extents"),
-        (written(wide="0 µm"), "found a map of 0 µm by 400 nm; expected extents above zero"),
+        (written(wide="0 µm"), "found a map of 0 µm by 400 nm; expected positive extents"),
         (written(unit="parsnips"), "no comments with two extents"),
         (written(matrix="x y z\n1 2 3\n"), "line 5: found 'x y z' below the comments"),
         (written(matrix="1 2 3\n4 five 6\n"), "line 6: found 'five' in the matrix"),

@@ -84,7 +84,7 @@ def test_a_cut_file_is_not_left_to_another_reader():
     ("content", "message"),
     [
         (b"", "empty file"),
-        (KYOWA[: KYOWA.index(ROW_OF_NAMES) + len(ROW_OF_NAMES)], "no row of numbers"),
+        (KYOWA[: KYOWA.index(ROW_OF_NAMES) + len(ROW_OF_NAMES)], "no data row"),
         (KYOWA[KYOWA.index(ROW_OF_NAMES) :], "no row of units"),
         (KYOWA.replace(b"0.01,1.375,", b"0.01,"), "line 19: found 2 fields, expected 3"),
         (KYOWA.replace(b"1.375,", b"1.375,7,"), "line 19: found 4 fields, expected 3"),

@@ -101,7 +101,7 @@ def test_first_line_may_be_missing_or_odd(top):
 def test_a_missing_end_is_noted(foot):
     table = read(write(foot=foot))
     assert np.array_equal(values(table), TRUTH)
-    assert table.notes == ("TotalTime is missing below the rows, so the file may be truncated",)
+    assert table.notes == ("TotalTime is missing below the data, so the file may be truncated",)
 
 
 def test_anything_else_below_the_rows_is_refused():

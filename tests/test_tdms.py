@@ -108,7 +108,7 @@ def test_texts_are_kept():
 def test_an_unknown_unit_is_noted():
     table = read(tdms({"Test": {"Fz": (np.array([1.0, 2.0]), WAVE | {"unit_string": "clicks!"})}}))
     assert table.columns[1].unit is None
-    assert table.notes == ("channel 'Fz' has the unknown unit 'clicks!'; name its unit in run.toml",)
+    assert table.notes == ("channel 'Fz' has the unknown unit 'clicks!'; specify its unit in run.toml",)
 
 
 def test_unit_in_the_name():
@@ -178,7 +178,7 @@ def test_channels_that_are_no_numbers_are_left_out():
     wave = (np.array([1 + 2j, 3 + 4j]), {})
     table = read(tdms({"Test": {"Impedance": wave, "Fz": (np.array([1.0, 2.0]), {})}}))
     assert [column.name for column in table.columns] == ["Fz"]
-    assert table.notes == ("channel 'Impedance' contains neither numbers nor texts and is omitted",)
+    assert table.notes == ("channel 'Impedance' contains neither numbers nor text and is omitted",)
     with pytest.raises(ReaderError, match="found no samples in any channel"):
         read(tdms({"Test": {"Impedance": wave}}))
 

@@ -168,7 +168,7 @@ def test_a_unit_that_changes_is_refused():
 
 def test_numbers_without_names_are_refused():
     content = SMALL.replace(b"Fx,Fz,Z,T,Ff,COF\r\ng,g,mm,sec,g,\r\n\r\n105", b"105")
-    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found numbers without names"):
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found data without column names"):
         read(content)
 
 
@@ -206,7 +206,7 @@ def test_counts_that_rows_do_not_keep_are_noted():
 
 
 def test_a_step_that_repeats_the_one_before_is_noted():
-    assert read(write([STEPS[0], STEPS[0]])).notes == ("segments that repeat the one before, number for number: 2",)
+    assert read(write([STEPS[0], STEPS[0]])).notes == ("segments identical to the one before: 2",)
 
 
 @pytest.mark.slow

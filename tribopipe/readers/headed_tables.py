@@ -35,7 +35,7 @@ _YEAR_LAST = re.compile(
 )
 _SIGN = re.compile(rb"\d([.,])\d")
 _BRACKETS = re.compile(r"(?<!\s)\s*\[[^\[\]]*\]$")
-"""Where blanks begin: restarted at each of them, a search would take the square of their number."""
+"""Brackets at the end, matched from the first of the spaces before them: from each space would take quadratic time."""
 _ALIKE = 10
 """Rows that have to end alike before a last line without a line end is taken for a whole one."""
 

@@ -175,7 +175,7 @@ class _Rows(NamedTuple):
 
 
 class Condensed(NamedTuple):
-    """What a long file comes to."""
+    """Result of reading a long file."""
 
     source: UnheldSource
     part: Part
@@ -192,7 +192,7 @@ class Condensed(NamedTuple):
 
 @dataclass
 class _Seen:
-    """What a person should know of the blocks of a file so far."""
+    """Notes to the user about the blocks of a file read so far."""
 
     notes: dict[str, None] = field(default_factory=dict)
     columns: list[ReadColumn] = field(default_factory=list)

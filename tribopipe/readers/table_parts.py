@@ -40,9 +40,9 @@ def several_tests(file: str, names: Sequence[str]) -> ReaderError:
     """Return the error of a workbook whose sheets each hold a table like a test."""
     listed = " and ".join([", ".join(map(repr, names[:-1])), repr(names[-1])])
     return ReaderError(
-        f"{file}: found a table like that of a test in each of the sheets {listed}; expected one test; choose one with "
-        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make a run of each with "
-        "`tribopipe new --each-sheet`"
+        f"{file}: found a test table in each of the sheets {listed}; expected one test; choose one with "
+        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make one run per sheet "
+        "with `tribopipe new --each-sheet`"
     )
 
 

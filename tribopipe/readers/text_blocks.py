@@ -95,8 +95,8 @@ def _rows_between(text: Text, start: int, end: int) -> tuple[int, int] | None:
     first = blank.end() if blank else start
     if filled - first > LONGEST_LINE and not LINE_END.search(content, first, first + LONGEST_LINE):
         raise ReaderError(
-            f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE} characters in one line; "
-            "expected a row of numbers; check that the file has kept its line ends"
+            f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE:,} characters in one line; "
+            "expected a data row; check that the file has kept its line ends"
         )
     last = LINE_END.search(content, filled, end)
     return first, last.end() if last else end
@@ -152,8 +152,8 @@ def _refuse_torn_row(text: Text, end: int, line: str, layout: Layout) -> None:
     fields = next(iter(_split(line.encode(), layout.separator)), None)
     if fields is None:
         raise ReaderError(
-            f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE} "
-            "characters; expected a row of numbers or the next step; correct or delete that line"
+            f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE:,} "
+            "characters; expected a data row or the next step; correct or delete that line"
         )
     first, *others = fields
     numbers = [cell for cell in others if cell]
@@ -179,7 +179,7 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     whole, notes = _without_cut_row(text, segments)
     if not whole:
         raise ReaderError(
-            f"{text.name}: found no whole row of numbers; expected at least one; the file ends early: copy it again "
+            f"{text.name}: found no complete data row; expected at least one; the file is incomplete: copy it again "
             "from the instrument"
         )
     groups = [list(group) for _, group in groupby(whole, key=lambda segment: segment.layout)]
@@ -188,8 +188,8 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     columns = _joined(text, tables)
     if sum(counts) != len(columns[0].values):
         raise ReaderError(
-            f"{text.name}: found {len(columns[0].values)} rows in {sum(counts)} lines of numbers; expected one line "
-            "per row; remove quotation marks"
+            f"{text.name}: found {len(columns[0].values):,} rows in {sum(counts):,} data lines; expected one line per "
+            "row; remove quotation marks"
         )
     notes += [note for table in tables for note in table.notes if note not in notes]
     notes += _broken_claims(segments, counts) + _repeated(columns, counts)
@@ -267,7 +267,7 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
     if len(units) > 1:
         raise ReaderError(
             f"{text.name}, column {name!r}: found the units {', '.join(sorted(map(str, units)))} in different "
-            "segments; expected one; split the file"
+            "segments; expected one unit; split the file"
         )
     values: list[NDArray[Any]] = [
         each[name].values if name in each else np.full(length, np.nan)
@@ -298,7 +298,7 @@ def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]
         if start - first == end - start > 1
         and all(np.array_equal(values[first:start], values[start:end], equal_nan=True) for values in numeric)
     ]
-    return [f"segments that repeat the one before, number for number: {listed(repeated)}"] if repeated else []
+    return [f"segments identical to the one before: {listed(repeated)}"] if repeated else []
 
 
 def listed(items: Sequence[str]) -> str:

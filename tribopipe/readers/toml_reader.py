@@ -47,8 +47,8 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
         found = json.loads(answer_of("first_hit.py", asked, remedy=""))
     except ReaderError:
         raise ReaderError(
-            f"{file}: found no end to the search for {pattern!r}; expected a pattern that matches or fails "
-            "immediately; write a simpler one, without nested repetition"
+            f"{file}: found a search for {pattern!r} that does not end; expected a pattern that matches or fails "
+            "immediately; simplify the pattern, without nested repetition"
         ) from None
     return None if found is None else (found[0], found[1])
 
@@ -156,7 +156,7 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
         return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
-        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or name another reader"
+        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or specify another reader"
     )
 
 
@@ -191,7 +191,7 @@ def _told_columns(profile: ReaderProfile, table: ReadTable, file: str) -> dict[s
 
 
 class _Made(NamedTuple):
-    """What becomes of a column of the file."""
+    """Transformation of one column of the file."""
 
     columns: tuple[ReadColumn, ...]
     notes: tuple[str, ...] = ()
@@ -225,8 +225,7 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
     if column.first_bad is not None:
         line, found = column.first_bad
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; correct that "
-            "line"
+            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number; correct that line"
         )
     with np.errstate(over="ignore"):
         values = column.values * told.scale + told.offset
@@ -238,7 +237,7 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
             f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
-            f"calibration {name!r} requires; scale the column, or give its unit in the profile"
+            f"calibration {name!r} requires; scale the column, or specify its unit in the profile"
         )
     values = np.asarray(column.values, dtype=np.float64)
     lowest, highest = _range(calibration)
@@ -249,7 +248,8 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(
             f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where}, and {count} "
-            'such readings in total; expected none; extend the calibration, or write outside = "missing" in the profile'
+            "such readings in total; expected only readings within the calibration; extend the calibration, "
+            'or write outside = "missing" in the profile'
         )
     note = f"{column.name!r} is in {calibration.unit} with the calibration {name!r}"
     note += f"; {count} readings {where} are missing" if count else ""

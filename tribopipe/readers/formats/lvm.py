@@ -83,7 +83,7 @@ Tags = Mapping[str, list[str]]
 
 @dataclass(frozen=True)
 class _Heading:
-    """What the header of the file and that of a segment states about the segment's rows."""
+    """Entries of the file header and the segment header that apply to the rows of the segment."""
 
     file: Tags
     own: Tags
@@ -157,7 +157,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
     if not blocks or not blocks[0].head or not _TITLE.fullmatch(blocks[0].head[0]):
         raise ReaderError(
             f"{text.name}, line 1: found a first line other than 'LabVIEW Measurement'; expected a LabVIEW measurement "
-            "file; name another reader in run.toml"
+            "file; specify another reader in run.toml"
         )
     separator = hints.separator or ("\t" if any("\t" in line for line in blocks[0].head) else ",")
     file, first = _divided(blocks[0].head)
@@ -168,8 +168,8 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         names = _fields(block.head[-1], separator) if block.head else []
         if len(names) < 2 or names[0] != _X:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a line "
-                f"that begins with {_X}; correct that line, or record the test with headers"
+                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected "
+                f"a line that begins with {_X}; correct that line, or record the test with headers"
             )
         own = first if block is blocks[0] else block.head
         heading = _Heading(settings, _tags(own, separator), trimmed(names))
@@ -177,8 +177,8 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         segments.append(_segment(text, block, heading, Hints(separator=separator, decimal=hints.decimal)))
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no numbers below the headers; expected a line that begins with {_X} and rows below; "
-            "the file ends early: copy it again, or record the test again"
+            f"{text.name}: found no data below the headers; expected a line that begins with {_X} and data rows; "
+            "the file is incomplete: copy it again, or record the test again"
         )
     return segments, headings
 
@@ -267,7 +267,7 @@ def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> t
     if not xs or not all(heading.is_time for heading in headings):
         return list(columns), []
     if any(not np.array_equal(xs[0].values, other.values, equal_nan=True) for other in xs[1:]):
-        return list(columns), ["each channel has its own times, so that none applies to all"]
+        return list(columns), ["each channel has its own times; none of them applies to all channels"]
     if broken is None and np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
         return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not used as time"]
     return [with_meaning(column, "time") if column is xs[0] else column for column in columns], []

@@ -105,7 +105,9 @@ class PcsReader:
         except ReaderError as error:
             return refused(source, error)
         if _NO_TEST.fullmatch(first):
-            return Match(0.0, f"the first line is {first[:60]!r}, which is no test data", f"a {first[:60]!r}")
+            return Match(
+                0.0, f"the first line is {first[:60]!r}, which does not begin a file of test data", f"a {first[:60]!r}"
+            )
         if _begins_with_step((first, *others)):
             return Match(0.95, f"the first lines are {first!r} and the type of that step")
         if not _TITLE.fullmatch(first):
@@ -136,8 +138,9 @@ def _refuse_others(text: Text, head: Sequence[str]) -> None:
     line = head[0].strip() if head else ""
     if not _TITLE.fullmatch(line) and not _begins_with_step(head):
         raise ReaderError(
-            f"{text.name}, line 1: found {line[:60]!r}; expected a test, such as 'EHD261 Test Data File'; "
-            + ("this file holds no test data" if _NO_TEST.fullmatch(line) else "name another reader in run.toml")
+            f"{text.name}, line 1: found {line[:60]!r}; expected the first line of a test, such as 'EHD261 Test "
+            "Data File'; "
+            + ("this file contains no test data" if _NO_TEST.fullmatch(line) else "specify another reader in run.toml")
         )
 
 
@@ -161,7 +164,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         steps.append(step)
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no step with a table of numbers; expected at least one; export the test again with "
+            f"{text.name}: found no step with data; expected at least one step with data; export the test again with "
             "its data"
         )
     refuse_torn_rows(text, segments, blocks)
@@ -181,8 +184,8 @@ def _last_step(head: Sequence[str]) -> str | None:
 
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
-        f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected names such as "
-        "'Step Time (s)' in the line before; correct that line, or export the test again"
+        f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected column "
+        "names such as 'Step Time (s)' in the line before; correct that line, or export the test again"
     )
 
 
@@ -216,8 +219,7 @@ def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
         facts["started"] = started
     elif written:
         notes.append(
-            f"the start time of the test, {written}, may have the day or the month first and is not taken from the "
-            "header"
+            f"the start time {written} is not taken from the header, since the order of day and month is ambiguous"
         )
     return facts, notes
 
@@ -230,5 +232,5 @@ def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], l
         return {key: f"{of_test} mm"}, [note]
     radii = [*dict.fromkeys(found["radius"] for line in lines if (found := _STEP_RADIUS.fullmatch(line)))]
     if len(radii) > 1:
-        return {}, [f"the track radius of the disc differs from step to step: {listed(radii)} mm"]
+        return {}, [f"the track radius of the disc differs between steps: {listed(radii)} mm"]
     return ({key: f"{radii[0]} mm"} if radii else {}), []

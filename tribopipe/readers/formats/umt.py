@@ -98,7 +98,7 @@ class UmtReader:
         if lines and _CREATOR.fullmatch(lines[0].rstrip()):
             return Match(0.95, f"the first line is {lines[0].strip()[:40]!r}")
         if any(map(_STEP.fullmatch, lines)) and any(map(_is_names, lines)):
-            return Match(0.9, "a line 'Step No. …' and the names of UMT's channels, such as 'Fx,Fz,Z'")
+            return Match(0.9, "a line 'Step No. …' and UMT channel names, such as 'Fx,Fz,Z'")
         return Match(0.0, "the first line is not 'Created by CETR Data Viewer …', and no step follows")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
@@ -148,13 +148,14 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
             segments.append(Segment(rows, _layout(text, rows, head, hints), _setting(block.head, "Data Count")))
         elif segments:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a step "
-                "to begin with its names, such as 'Fx,Fz,Z,T'; correct that line, or export the test again"
+                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected "
+                "column names at the beginning of the step, such as 'Fx,Fz,Z,T'; correct that line, or export "
+                "the test again"
             )
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no rows of numbers below the names of UMT's channels; expected a step with names such "
-            "as 'Fx,Fz,Z,T', units and numbers; export the test again with its data"
+            f"{text.name}: found no data rows below the UMT channel names; expected a step with column names such "
+            "as 'Fx,Fz,Z,T', units and data; export the test again with its data"
         )
     refuse_torn_rows(text, segments, blocks)
     return segments
@@ -175,8 +176,8 @@ def _layout(text: Text, block: Block, head: Sequence[str], hints: Hints) -> Layo
     names = trimmed(_cells(line, separator))
     if len(below) > 1:
         raise ReaderError(
-            f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the numbers; expected one "
-            "row of units below the names; correct that line"
+            f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the data; expected "
+            "one row of units below the column names; correct that line"
         )
     units = _cells(below[0], separator) if below else []
     rows = sample_rows(text, block, separator)
@@ -234,7 +235,7 @@ def _missing_steps(blocks: Sequence[Block], segments: Sequence[Segment]) -> list
     claimed = _setting(lines, "Total number of steps")
     if claimed is None or claimed <= len(segments):
         return []
-    return [f"the header declares {claimed} steps, of which {len(segments)} have rows"]
+    return [f"the header declares {claimed} steps; {len(segments)} of them contain data"]
 
 
 def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict[str, str], list[str]]:
@@ -249,7 +250,7 @@ def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict
         facts["started"] = started
     elif dated:
         notes.append(
-            "the start time of the test is not taken from the header, since its dates are not in the form '12 May 2022'"
+            "the start time of the test is not taken from the header, since the date is not in the form '12 May 2022'"
         )
     load = _load(lines, columns)
     if load:
