@@ -136,6 +136,15 @@ def moment_by(text: str, others: Iterable[str]) -> tuple[str, str | None] | None
     return found[0], None if day_first == month_first else _iso(found, "first" if day_first else "second")
 
 
+def start_from(written: str, others: Iterable[str]) -> tuple[dict[str, str], list[str]]:
+    """Return the start of the test from a date whose year comes last, or a note if its day and month are ambiguous."""
+    found, started = moment_by(written, others) or ("", None)
+    if started:
+        return {"started": started}, []
+    ambiguous = f"the start time {found} is not taken from the header, since the order of day and month is ambiguous"
+    return {}, [ambiguous] if found else []
+
+
 def _iso(date: re.Match[str], day: str) -> str | None:
     month = "second" if day == "first" else "first"
     hour = int(date["hour"])

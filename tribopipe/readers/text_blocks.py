@@ -127,6 +127,18 @@ def _split(rows: bytes, separator: str) -> list[list[str]]:
     return [row.cells for row in sampled_rows([f"{line}\n" for line in lines if line.strip(" ")], separator)]
 
 
+def row_width(names: int, rows: Sequence[Sequence[str]]) -> int:
+    """Return the number of fields of the longest sampled row, where those beyond the names are empty."""
+    return max(names, *(len(row) for row in rows if not any(row[names:])), 0)
+
+
+def row_layout(text: Text, block: Block, names: Sequence[str], separator: str, decimal: Decimal | None) -> Layout:
+    """Lay out the rows of a block below known column names; the decimal sign is found if not given."""
+    rows = sample_rows(text, block, separator)
+    sign = decimal or decimal_sign(rows, separator)
+    return Layout(separator, sign, tuple(names), 1, "", row_width(len(names), rows), len(names))
+
+
 def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
     """Report the decimal sign of sampled rows: a comma where numbers have one, and none has a point."""
     cells = [cell for row in rows for cell in row]

@@ -59,6 +59,7 @@ from tribopipe.readers.text_blocks import (
     line_at,
     outside,
     read_segments,
+    row_width,
     sample_rows,
     with_meaning,
 )
@@ -209,7 +210,7 @@ def _segment(text: Text, block: Block, heading: _Heading, hints: Hints) -> Segme
         names=tuple(names),
         line=1,
         header="",
-        width=max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0),
+        width=row_width(len(names), rows),
         least=len(names) - (names[-1] == _COMMENT),
         units=tuple(_unit(heading, number) for number in range(len(names))),
         textual=frozenset({len(names) - 1} if names[-1] == _COMMENT else ()),

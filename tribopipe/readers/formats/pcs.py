@@ -52,20 +52,19 @@ from typing import NoReturn
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
-from tribopipe.readers.layout import Layout
+from tribopipe.readers.headed_tables import cells_of, head_lines, refused, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     listed,
     read_segments,
     refuse_torn_rows,
+    row_layout,
     sample_rows,
     with_meaning,
 )
@@ -158,9 +157,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
             continue
         if len(names) < 2 or names[0] == "Step type" or any(is_number(name, ".,") for name in names):
             _refuse_nameless(text, block)
-        width = max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0)
-        decimal = hints.decimal or decimal_sign(rows, separator)
-        segments.append(Segment(block, Layout(separator, decimal, tuple(names), 1, "", width, len(names))))
+        segments.append(Segment(block, row_layout(text, block, names, separator, hints.decimal)))
         steps.append(step)
     if not segments:
         raise ReaderError(
@@ -214,14 +211,8 @@ def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     radius, notes = _track_radius(values.get("Disc track radius", "").strip(), lines)
     facts |= radius
     line = next((line for line in lines if line.startswith("Test started at")), "")
-    written, started = moment_by(line, lines) or ("", None)
-    if started:
-        facts["started"] = started
-    elif written:
-        notes.append(
-            f"the start time {written} is not taken from the header, since the order of day and month is ambiguous"
-        )
-    return facts, notes
+    started, ambiguous = start_from(line, lines)
+    return facts | started, notes + ambiguous
 
 
 def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:

@@ -29,19 +29,17 @@ from dataclasses import replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
-from tribopipe.readers.layout import Layout
+from tribopipe.readers.headed_tables import cells_of, head_lines, refused, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER, bare_name
 from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     read_segments,
-    sample_rows,
+    row_layout,
     with_meaning,
 )
 from tribopipe.results.run import SourceFile
@@ -133,10 +131,7 @@ def _rows(text: Text, block: Block, hints: Hints) -> Segment:
     line = block.head[-1]
     separator = hints.separator or next(sign for sign in _SEPARATORS if sign in line)
     names = trimmed(cells_of(line, separator))
-    rows = sample_rows(text, block, separator)
-    width = max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0)
-    decimal = hints.decimal or decimal_sign(rows, separator)
-    return Segment(block, Layout(separator, decimal, tuple(names), 1, "", width, len(names)))
+    return Segment(block, row_layout(text, block, names, separator, hints.decimal))
 
 
 def _closing_notes(text: Text, rows: Block) -> list[str]:
@@ -180,10 +175,5 @@ def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
     names, values = (cells_of(line, ",") for line in filled)
     known = dict(zip(map(str.lower, names), values, strict=False))
     facts = {key: known[name] for name, key in _FACTS.items() if known.get(name)}
-    written, started = moment_by(known.get("testdate", ""), values) or ("", None)
-    if started:
-        facts["started"] = started
-    elif written:
-        note = f"the start time {written} is not taken from the header, since the order of day and month is ambiguous"
-        return facts, [note]
-    return facts, []
+    started, notes = start_from(known.get("testdate", ""), values)
+    return facts | started, notes

@@ -49,12 +49,11 @@ from tribopipe.readers.text import BLANKS, LINE_END, Text, decode, sampled_rows,
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     read_segments,
     refuse_torn_rows,
-    sample_rows,
+    row_layout,
     with_meaning,
 )
 from tribopipe.results.run import SourceFile
@@ -180,17 +179,8 @@ def _layout(text: Text, block: Block, head: Sequence[str], hints: Hints) -> Layo
             "one row of units below the column names; correct that line"
         )
     units = _cells(below[0], separator) if below else []
-    rows = sample_rows(text, block, separator)
-    return Layout(
-        separator=separator,
-        decimal=hints.decimal or decimal_sign(rows, separator),
-        names=tuple(names),
-        line=1,
-        header="",
-        width=max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0),
-        least=len(names),
-        units=_placed(units, names, separator),
-    )
+    layout = row_layout(text, block, names, separator, hints.decimal)
+    return replace(layout, units=_placed(units, names, separator))
 
 
 def _placed(units: list[str], names: Sequence[str], separator: str) -> tuple[str, ...]:
