@@ -277,7 +277,7 @@ def test_detect_proposes_units_and_names_the_steps(tmp_path, run_cli):
         "Friction Force": "N",
         "COF": "1",
     }
-    assert "contains the step numbers" in done.stderr
+    assert "numbers the steps" in done.stderr
     made = make_run(Wanted([tmp_path / "a.csv"], tmp_path))
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# normal_force = { column = "Load", unit = "N" }' in text

@@ -255,7 +255,7 @@ def test_profile_that_is_none_is_refused(tmp_path, text, said):
 
 
 def test_profile_without_a_file_or_unit_is_refused(tmp_path):
-    with pytest.raises(ReaderError, match=r"curved.csv: no such file; expected the profile that run.toml names"):
+    with pytest.raises(ReaderError, match=r"curved.csv: no such file; expected the profile specified in run.toml"):
         read(tmp_path, manifest_with(end={"curved_disc_profile": SOURCE}))
     (tmp_path / "curved.csv").mkdir()
     with pytest.raises(ReaderError, match=r"name the file in run.toml, end_values.curved_disc_profile.file"):

@@ -198,4 +198,4 @@ def test_date_of_the_test_is_taken_where_day_and_month_are_certain(tested, calib
     table = read(f"{KNOWN}\r{values},,\r\n{rows}\nTotalTime\n00:00:00.02\n".encode())
     expected = {"operator": "Ana"} | ({"started": started} if started else {})
     assert table.facts == expected
-    assert any("the day or the month first" in note for note in table.notes) == bool(tested and not started)
+    assert any("order of day and month is ambiguous" in note for note in table.notes) == bool(tested and not started)

@@ -135,7 +135,7 @@ def test_interrupted_file_is_read_as_far_as_it_goes():
     table = read(bytes(content[:-3]))
     assert columns(table)["Heat"] == [0, 1, 2, 3, 4, 0, 1, 2]
     assert columns(table)["Fz"] == [0.25, 1.25, 2.25, 3.25, 4.25, 0.25, 1.25, 2.25]
-    assert "stopped before its end" in table.notes[0]
+    assert "stopped before the file was complete" in table.notes[0]
 
 
 CUT = tdms({"Test": {"Fz": FORCE, "Heat": COUNT}}, {"Test": {"Fz": FORCE, "Heat": COUNT}})

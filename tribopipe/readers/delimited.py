@@ -33,7 +33,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
-from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
 from tribopipe.readers.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
@@ -67,7 +67,7 @@ class DelimitedReader:
             text = decode(head, partial=len(source.content) > SAMPLE_BYTES)
             table, _ = find_table(text, Hints())
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
             return Match(0.2, f"most rows do not have as many fields as the header in line {line}")

@@ -2,14 +2,16 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from datetime import datetime
+from functools import wraps
+from typing import Any
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout
-from tribopipe.readers.reader import Match, ReadTable
+from tribopipe.readers.reader import Match, ReadTable, refused
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import (
     BLANKS,
@@ -46,9 +48,17 @@ def head_lines(source: SourceFile, encoding: str | None = None) -> list[str]:
     return sample_lines(decode(head, encoding, partial=len(source.content) > SAMPLE_BYTES))
 
 
-def refused(source: SourceFile, error: ReaderError) -> Match:
-    """Report that a file is not of a format since it cannot be read as text."""
-    return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+def judge_lines(judge: Callable[[Any, list[str]], Match]) -> Callable[[Any, SourceFile], Match]:
+    """Make the method ``match`` of a reader from a method that judges the first lines of a text file."""
+
+    @wraps(judge)
+    def match(reader: Any, source: SourceFile) -> Match:
+        try:
+            return judge(reader, head_lines(source))
+        except ReaderError as error:
+            return refused(source, error)
+
+    return match
 
 
 def cells_of(line: str, separator: str) -> tuple[str, ...]:

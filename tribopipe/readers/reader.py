@@ -95,6 +95,11 @@ class Match:
     """Description of a known file without data to read, such as "a calibration file"."""
 
 
+def refused(source: SourceFile, error: ReaderError) -> Match:
+    """Report that a file is not of a format, for the reason why it cannot be read."""
+    return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+
+
 @runtime_checkable
 class Reader(Protocol):
     """A file format."""

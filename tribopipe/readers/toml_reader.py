@@ -21,9 +21,9 @@ from tribopipe.documents.reader_profile import Calibration, DescribedColumn, Fac
 from tribopipe.documents.record import load_toml
 from tribopipe.readers.column_mapping import find_column, read_source
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, without_cut_row
 from tribopipe.readers.layout import Decimal, Layout, find_layout
-from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.readers.subprocess_readers.first_hit import first_hit
 from tribopipe.readers.tables import is_number

@@ -25,7 +25,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import is_unit, parse
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, moment, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, moment, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.text import decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -69,12 +69,10 @@ class AntonPaarReader:
     title = "Anton Paar and CSM tribometers (TRB³, nano, older ones)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the names of the columns."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
             return Match(0.0, "no tab-separated header row with Time, Distance, Laps and µ or Friction Force")
         return Match(0.95, f"line {found + 1} is the header row of an Anton Paar or CSM tribometer")

@@ -32,7 +32,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import is_mostly_numbers
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import split_name
@@ -52,12 +52,9 @@ class DektakReader:
     holds: Holds = "profile"
     suffixes = (".csv",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the sections and by the row of names that starts with Lateral."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if _names_at(lines) is not None:
             return Match(0.95, "a data section starts with the column 'Lateral', as in Dektak files")
         if lines and _bare(lines[0]) == "scan parameters":

@@ -30,7 +30,7 @@ from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import together
 from tribopipe.readers.layout import Layout
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import is_gap, is_number
 from tribopipe.readers.text import BLANKS, Text, decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -57,7 +57,7 @@ class GwyddionReader:
             text = decode(head, partial=len(source.content) > _HEAD_BYTES)
             extents = _find_extents(text)
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         wide, high = extents.wide, extents.high
         return Match(0.95, f"comments state an extent of {wide[0]:g} {wide[1]} by {high[0]:g} {high[1]} above a matrix")
 

@@ -29,8 +29,8 @@ from dataclasses import dataclass, replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, moment, refused, without_cut_row
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, moment, without_cut_row
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import bare_name, count_in, is_gap, is_number, without_brackets
 from tribopipe.readers.text import decode, sample_lines, trimmed
 from tribopipe.results.run import SourceFile

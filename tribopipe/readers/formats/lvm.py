@@ -44,7 +44,7 @@ import numpy as np
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.headed_tables import head_lines, moment, refused
+from tribopipe.readers.headed_tables import judge_lines, moment
 from tribopipe.readers.layout import Decimal, Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.table_parts import SEGMENT
@@ -119,12 +119,10 @@ class LvmReader:
     holds: Holds = "signals"
     suffixes = (".lvm",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line."""
-        try:
-            first = next((line for line in head_lines(source) if line.strip()), "").strip("\r\n")
-        except ReaderError as error:
-            return refused(source, error)
+        first = next((line for line in lines if line.strip()), "").strip("\r\n")
         if _TITLE.fullmatch(first):
             return Match(0.98, "the first line is 'LabVIEW Measurement'")
         return Match(0.0, "the first line is not 'LabVIEW Measurement'")

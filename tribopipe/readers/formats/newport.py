@@ -22,7 +22,7 @@ from typing import NamedTuple
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.readers.headed_tables import cells_of, judge_lines, layout_below, without_cut_row
 from tribopipe.readers.reader import Hints, Holds, Match, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER, is_number
 from tribopipe.readers.text import decode, sample_lines
@@ -56,12 +56,9 @@ class NewportReader:
     title = "Friction tester on Newport stages (settings in the first line)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the sixteen settings, and by the first row where it is whole."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if not _settings(lines):
             return Match(0.0, "the first line does not contain 16 tab-separated numbers")
         if len(lines) > 2 and not _ROW.fullmatch(lines[1]):

@@ -52,7 +52,7 @@ from typing import NoReturn
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, refused, start_from
+from tribopipe.readers.headed_tables import cells_of, judge_lines, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import Text, decode, trimmed
@@ -97,12 +97,10 @@ class PcsReader:
     title = "PCS Instruments test data file (EHD, MTM)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line and by what the lines below are called."""
-        try:
-            first, *others = [line.strip() for line in head_lines(source) if line.strip()] or [""]
-        except ReaderError as error:
-            return refused(source, error)
+        first, *others = [line.strip() for line in lines if line.strip()] or [""]
         if _NO_TEST.fullmatch(first):
             return Match(
                 0.0, f"the first line is {first[:60]!r}, which does not begin a file of test data", f"a {first[:60]!r}"

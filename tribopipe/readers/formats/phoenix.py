@@ -26,7 +26,7 @@ from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.documents.signals import SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
 from tribopipe.readers.column_meanings import NEAR, roles_of, unit_kind
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import decode, sample_lines
@@ -75,12 +75,10 @@ class PhoenixReader:
     holds: Holds = "signals"
     suffixes = (".tsv",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the row of names."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
             return Match(0.0, "no header row that begins with a tab and contains This Step, Step Time and Test Time")
         return Match(

@@ -26,7 +26,7 @@ from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout, find_doubt
-from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import (
     INTEGER,
     Table,
@@ -60,7 +60,7 @@ class PointsReader:
             text = decode(head, partial=len(source.content) > SAMPLE_BYTES)
             found = _find_points(text, Hints())
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if len(found.table.rows) - found.table.body < _FEWEST_ROWS:
             return Match(0.2, f"fewer than {_FEWEST_ROWS} data rows")
         if found.units:

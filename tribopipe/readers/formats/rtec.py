@@ -29,7 +29,7 @@ from dataclasses import replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, refused, start_from
+from tribopipe.readers.headed_tables import cells_of, judge_lines, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER, bare_name
 from tribopipe.readers.text import Text, decode, trimmed
@@ -71,12 +71,10 @@ class RtecReader:
     title = "Rtec MFT (CSV)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by a row of names that has Timestamp and channels of devices in it."""
-        try:
-            lines = [line for line in head_lines(source) if line.strip()]
-        except ReaderError as error:
-            return refused(source, error)
+        lines = [line for line in lines if line.strip()]
         at = next((number for number, line in enumerate(lines[:_MOST_ABOVE]) if _names(line)), None)
         if at is None:
             return Match(0.0, "no header row with Timestamp and channels such as 'DAQ.Fz (N)' at the top")

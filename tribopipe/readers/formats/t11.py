@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.text import decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -41,12 +41,10 @@ class T11Reader:
     title = "T-11 pin-on-disc tester (ITeE Radom)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the names of the columns."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
             return Match(
                 0.0, "no header row with friction force, displacement, temperatures and revolutions, as in T-11 files"

@@ -41,7 +41,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, count_in, is_unit_row, without_brackets
@@ -88,12 +88,10 @@ class UmtReader:
     title = "CETR / Bruker UMT, exported by Data Viewer"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line, or by a step with UMT's names of channels."""
-        try:
-            lines = [line for line in head_lines(source) if line.strip()]
-        except ReaderError as error:
-            return refused(source, error)
+        lines = [line for line in lines if line.strip()]
         if lines and _CREATOR.fullmatch(lines[0].rstrip()):
             return Match(0.95, f"the first line is {lines[0].strip()[:40]!r}")
         if any(map(_STEP.fullmatch, lines)) and any(map(_is_names, lines)):

@@ -22,7 +22,7 @@ from dataclasses import replace
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER
@@ -50,12 +50,9 @@ class WinducomReader:
     holds: Holds = "signals"
     suffixes = (".dwf",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the padded header that starts with TIME, and by the first row where there is one."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if not lines or not _HEADER.fullmatch(lines[0]):
             return Match(0.0, "the first line does not contain TIME and other channel names as in WINDUCOM files")
         # A last line may be cut: it is for reading to say so.
