@@ -102,7 +102,7 @@ def test_one_unknown_file_among_others_fails_alone(run_cli, files):
 
 def test_a_reader_can_be_named(run_cli, files):
     (told,) = detected(run_cli("formats", "detect", files["first"], "--reader", "delimited", "--json"))
-    assert (told["format"], told["why"]) == ("delimited", "it was named")
+    assert (told["format"], told["why"]) == ("delimited", "specified by name")
     refused = run_cli("formats", "detect", files["first"], "--reader", "delimted")
     assert refused.exit_code == 1
     assert "did you mean 'delimited'" in refused.stderr

@@ -95,9 +95,7 @@ def test_a_column_that_not_every_file_has_is_left_out_with_a_note(sample_run):
 
 def test_a_file_of_other_signals_does_not_continue_the_test(sample_run):
     write_strokes(sample_run, ONE, "Time [s],Friction force [N]\n0.3,1\n")
-    with pytest.raises(
-        ReaderError, match=r"friction_force, but time, depth in stroke_1.csv"
-    ):
+    with pytest.raises(ReaderError, match=r"friction_force, but time, depth in stroke_1.csv"):
         read_run(sample_run)
 
 

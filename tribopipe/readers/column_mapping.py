@@ -42,7 +42,7 @@ def with_file(
         )
     try:
         if path.is_dir():
-            raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
+            raise ReaderError(f"{name}: found a folder; expected a {what}; specify the file in run.toml under {key}")
         return read(path)
     except FileNotFoundError:
         raise ReaderError(

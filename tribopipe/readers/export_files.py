@@ -146,7 +146,7 @@ def _size(path: Path) -> int:
 def _judged(source: SourceFile, reader: Reader | None, holds: Holds | None) -> list[Judged]:
     """Give the reader named, or those that claim a file. Raises ``ReaderError`` where none does."""
     if reader is not None:
-        return [Judged(reader, Match(1.0, "it was named"))]
+        return [Judged(reader, Match(1.0, "specified by name"))]
     return chosen(source, candidates(source, holds))
 
 
@@ -175,13 +175,13 @@ def _opened(path: Path, read: Callable[[Path], T]) -> T:
         raise ReaderError(f"{path}: cannot be read ({error.strerror}); check the file and its permissions") from None
 
 
-def chosen_reader(named: str, folder: Path = Path()) -> Reader:
+def chosen_reader(named: str) -> Reader:
     """Return the reader with a name, or the reader that a file describes (our-rig.toml, next to the run folder).
 
     Raises ``ReaderError`` or ``ManifestError`` where there is no such reader.
     """
     if not is_described(named):
         return reader_named(named)
-    from tribopipe.readers.toml_reader import described_reader, load_reader_profile
+    from tribopipe.readers.toml_reader import described_reader
 
-    return described_reader(load_reader_profile(folder / named))
+    return described_reader(Path(named))

@@ -97,14 +97,15 @@ def _listed(table: ReadTable) -> str:
 
 def _joined(tables: Sequence[ReadTable]) -> tuple[ReadColumn, ...]:
     lengths = [len(table.columns[0].values) for table in tables]
-    columns = tuple(_one_after_the_other(same) for same in zip(*(table.columns for table in tables), strict=True))
+    columns = tuple(column_below(same) for same in zip(*(table.columns for table in tables), strict=True))
     if any(column.name == SEGMENT for column in columns):
         return columns
     numbers = np.repeat(np.arange(1.0, len(tables) + 1), lengths)
     return (*columns, ReadColumn(SEGMENT, numbers, "1"))
 
 
-def _one_after_the_other(columns: Sequence[ReadColumn]) -> ReadColumn:
+def column_below(columns: Sequence[ReadColumn]) -> ReadColumn:
+    """Put the parts of a column one below the other."""
     first = columns[0]
     bad = next((column.first_bad for column in columns if column.first_bad), None)
     values = below_each_other([column.values for column in columns], texts=bad is not None)

@@ -10,19 +10,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import accumulate, groupby, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.fields import is_mostly_numbers, together
+from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.layout import Decimal, Layout
 from tribopipe.readers.reader import ReadColumn, ReadTable
-from tribopipe.readers.table_parts import SEGMENT, below_each_other
+from tribopipe.readers.table_parts import SEGMENT, column_below
 from tribopipe.readers.tables import PLACEHOLDER, is_number
 from tribopipe.readers.text import LINE_END, LONGEST_LINE, Text, sampled_rows
 
@@ -281,13 +280,13 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
             f"{text.name}, column {name!r}: found the units {', '.join(sorted(map(str, units)))} in different "
             "segments; expected one unit; split the file"
         )
-    values: list[NDArray[Any]] = [
-        each[name].values if name in each else np.full(length, np.nan)
-        for each, length in zip(named, lengths, strict=True)
-    ]
-    bad = next((column.first_bad for column in found if column.first_bad), None)
-    whole = below_each_other(values, texts=bad is not None)
-    return replace(found[0], values=whole, first_bad=bad, placeholders=together(found))
+    missing = replace(found[0], first_bad=None, placeholders=None)
+    return column_below(
+        [
+            each.get(name) or replace(missing, values=np.full(length, np.nan))
+            for each, length in zip(named, lengths, strict=True)
+        ]
+    )
 
 
 def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[str]:

@@ -53,14 +53,9 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
     return None if found is None else (found[0], found[1])
 
 
-def load_reader_profile(path: Path) -> ReaderProfile:
-    """Read the description of a reader; ``ManifestError`` with file and key where it is none."""
-    return load_toml(path, ReaderProfile)
-
-
-def described_reader(profile: ReaderProfile) -> "DescribedReader":
-    """Make the reader that a profile describes."""
-    return DescribedReader(profile)
+def described_reader(path: Path) -> "DescribedReader":
+    """Make the reader that a file describes. Raises ``ManifestError`` with file and key if it is invalid."""
+    return DescribedReader(load_toml(path, ReaderProfile))
 
 
 def reader_in(folder: Path, named: str, sources: list[SourceFile], key: str) -> "DescribedReader":
@@ -70,7 +65,7 @@ def reader_in(folder: Path, named: str, sources: list[SourceFile], key: str) -> 
     """
     if all(source.name != named for source in sources):
         sources.append(read_source(folder, named, key, "description of a reader"))
-    return described_reader(load_reader_profile(folder / named))
+    return described_reader(folder / named)
 
 
 class DescribedReader:

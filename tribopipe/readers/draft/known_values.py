@@ -219,16 +219,16 @@ class Known:
             return None
         return self.take(key, text, origin)
 
-    def take_typed(self, key: str, text: str, origin: str = "") -> str | None:
+    def take_typed(self, key: str, text: str) -> str | None:
         """Take a value as a person types it, with a decimal comma perhaps: "0,1 m/s"."""
-        problem = self.take_text(key, text, origin)
+        problem = self.take_text(key, text)
         if problem is None:
             return None
         try:
             written = with_point(text)
         except UnitError as error:
             return f"{key}: {error}"
-        return problem if written == text else self.take_text(key, written, origin)
+        return problem if written == text else self.take_text(key, written)
 
     def doubt(self, key: str, value: Any, why: str) -> None:
         """Keep a value that is not taken, for a comment."""
