@@ -117,7 +117,7 @@ def test_a_reader_can_be_described(run_cli, files, tmp_path):
     )
     (told,) = detected(run_cli("formats", "detect", files["second"], "--reader", rig, "--json"))
     assert (told["format"], told["title"]) == ("our-rig", "Our rig")
-    assert chosen_reader("our-rig.toml", tmp_path).name == "our-rig"
+    assert chosen_reader(str(tmp_path / "our-rig.toml")).name == "our-rig"
 
 
 class Sure:

@@ -67,14 +67,14 @@ def test_a_link_out_of_the_run_folder_is_refused(sample_run, tmp_path, refusal, 
     linked(sample_run / name, {"beside": f"../{outside.name}", "absolute": outside, "nowhere": "/no/such"}[target])
     said = refusal()
     assert name in said
-    assert "a link that leads out of the run folder" in said
+    assert "a link to a file outside the run folder" in said
     assert "replace the link" in said
 
 
 def test_a_link_to_a_folder_outside_is_refused(sample_run, other_run, refusal):
     linked(sample_run / "data", other_run)
     set_key(sample_run, "file", '"data/signals.csv"')
-    assert "a link that leads out of the run folder" in refusal()
+    assert "a link to a file outside the run folder" in refusal()
 
 
 def test_links_inside_the_run_folder_and_to_it_are_followed(sample_run, tmp_path):
