@@ -107,7 +107,7 @@ def test_old_export_trimmed_to_five_columns():
         [0.765, 0.8, -0.8554],
     ]
     assert table.notes == (
-        "the file states no units; Time in s and Distance in m is assumed, as these tribometers write it",
+        "the file contains no units; Time in s and Distance in m is assumed, as usual for these tribometers",
         "'FrictionForce' may be in N or mN; map it with its unit in run.toml",
     )
     assert table.facts == {}
@@ -129,7 +129,7 @@ def test_signs_lost_or_decoded_twice(sign, lost):
 def test_several_loads_are_no_fact():
     table = read(READER, TRB3.replace(b"0.1\t5\t0.17", b"0.1\t10\t0.17"))
     assert "conditions.normal_load" not in table.facts
-    assert table.notes == ("the nominal load takes 2 values, from 5 to 10",)
+    assert table.notes == ("the nominal load has 2 values from 5 to 10",)
 
 
 def test_settings_that_contradict_each_other_are_no_facts():
@@ -168,12 +168,12 @@ def test_a_cut_file_is_not_left_to_another_reader():
     ("content", "message"),
     [
         (b"", "empty file"),
-        (TRB3[: TRB3.index(b"\n") + 1], "no row of numbers"),
-        (TRB3[: TRB3.index(b"\n") - 3], "no row of numbers"),
-        (TRB3[TRB3.index(b"\n") + 1 :], "no line that names Time"),
+        (TRB3[: TRB3.index(b"\n") + 1], "no data row"),
+        (TRB3[: TRB3.index(b"\n") - 3], "no data row"),
+        (TRB3[TRB3.index(b"\n") + 1 :], "header row with Time"),
         (TRIMMED.replace(b"0,16 \t", b""), "line 3: found 4 fields, expected 5"),
         (TRIMMED.replace(b"0,16 \t", b"0,16 \t1\t"), "line 3: found 6 fields, expected 5"),
-        (TRIMMED.replace(b"\t", b" "), "no line that names Time"),
+        (TRIMMED.replace(b"\t", b" "), "header row with Time"),
         (b"\x00\x01" + TRIMMED, "zero byte"),
     ],
 )

@@ -114,8 +114,8 @@ SPOILED = {
         ["run.toml", "signals[0].file", "expected"],
     ),
     "empty signal file": (rewrite("signals.csv", b""), ["sample-run", "signals.csv", "empty", "copy it again"]),
-    "header alone": (rewrite("signals.csv", HEADER.encode()), ["signals.csv", "no row of numbers", "export"]),
-    "no header": (rows(lambda lines: lines[1:]), ["signals.csv", "without a row of names", "Time [s]"]),
+    "header alone": (rewrite("signals.csv", HEADER.encode()), ["signals.csv", "no data row", "export"]),
+    "no header": (rows(lambda lines: lines[1:]), ["signals.csv", "without a header row", "Time [s]"]),
     "binary file": (rewrite("signals.csv", bytes(range(256)) * 64), ["signals.csv", "expected text", "export"]),
     "unknown reader": (
         manifest(FILE_LINE, 'file = "signals.csv"\nreader = "delimted"'),

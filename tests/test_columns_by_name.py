@@ -45,7 +45,7 @@ def test_what_detect_promises_is_used(tmp_path, run_cli):
     assert run.columns["normal_force"][:2] == pytest.approx([0.2, 0.201])
     assert run.origins["friction_coefficient"] == "derived from measured load"
     assert "found a median of 0.2005 N" in findings(run)["load_not_nominal"].message
-    assert "signals.csv: column 'Fn [mN]' is taken as normal_force, by its name" in run.notes
+    assert "signals.csv: column 'Fn [mN]' is taken as normal_force, from its name" in run.notes
 
 
 MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal_force = 'Fn [mN]'\n"
@@ -89,7 +89,7 @@ def test_a_recorded_coefficient_is_not_replaced_by_another(tmp_path):
     [
         (
             NAMES.replace("Ff [mN]", "Ff"),
-            "column 'Ff' seems to be friction_force and is not used: its unit is not known",
+            "column 'Ff' seems to be friction_force and is not used: its unit is unknown",
         ),
         (NAMES.replace("Depth [um]", "Fz [N]"), "column 'Fz [N]' seems to be normal_force and is not used: another"),
     ],
@@ -104,7 +104,7 @@ def test_what_is_not_used_is_named(tmp_path, names, why):
 def test_words_under_the_name_of_a_signal_are_named(tmp_path):
     rows = [row.replace(";100.0;", ";on;").replace(";101.0;", ";off;").replace(";102.0;", ";on;") for row in ROWS]
     run = read_run(made(tmp_path, rows, names=NAMES.replace("Ff [mN]", "friction_force")))
-    assert "'friction_force' seems to be friction_force and is not used: it contains words, the first of them 'on'" in (
+    assert "'friction_force' seems to be friction_force and is not used: it contains text, first 'on'" in (
         findings(run)["unused_signal"].message
     )
 

@@ -241,7 +241,7 @@ def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path)
     made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=200 N"]))
     told = (
         "3 definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction absolute integral' (median "
-        "0.11) and 'COF (peak)' (median 0.17); none is used: map the one that you report to friction_coefficient "
+        "0.11) and 'COF (peak)' (median 0.17); none is used: map the column that you report to friction_coefficient "
         "under [signals.columns]"
     )
     assert f"test.xlsx: {told}" in made.notes
@@ -281,4 +281,4 @@ def test_detect_proposes_units_and_names_the_steps(tmp_path, run_cli):
     made = make_run(Wanted([tmp_path / "a.csv"], tmp_path))
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# normal_force = { column = "Load", unit = "N" }' in text
-    assert "its unit is not known; N is suggested by F_f/F_N = μ, m·g = F_N" in text
+    assert "its unit is unknown; N is proposed by F_f/F_N = μ, m·g = F_N" in text

@@ -15,7 +15,7 @@ from small_exports import check_every_cut, claimed_by, read
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.reader import Reader
-from tribopipe.readers.toml_reader import DescribedReader, described_reader, load_reader_profile
+from tribopipe.readers.toml_reader import DescribedReader, described_reader
 from tribopipe.results.json_schema import schema_text
 from tribopipe.results.run import SourceFile
 
@@ -34,7 +34,7 @@ def made(tmp_path):
     def make(written: str) -> DescribedReader:
         path = tmp_path / "rig.toml"
         path.write_text(written, encoding="utf-8")
-        return described_reader(load_reader_profile(path))
+        return described_reader(path)
 
     return make
 
@@ -150,7 +150,7 @@ def test_profile_of_heights(made):
             b"t;Ft\n0;1\n1;2\n",
             "line 2: found the number '0'; expected the row of",
         ),
-        ("header_lines = 0", b"t;Ft\n", "no row of numbers below the names"),
+        ("header_lines = 0", b"t;Ft\n", "no data rows below the header"),
         ("header_lines = 0", b"t;Ft\n0;1\n1\n2;3\n", "line 3: found 1 field, expected 2"),
         ("header_lines = 0", b"t;Ft\n0;1\n1;2;3\n", "line 3: found 3 fields, expected 2"),
         ("header_lines = 0", b"", "empty file"),
@@ -237,7 +237,7 @@ def test_calibrated_values_stay_within_the_points(tmp_path_factory, points, read
         encoding="utf-8",
     )
     content = "t;F\n" + "".join(f"{n};{reading!r}\n" for n, reading in enumerate(readings)) + "99;\n"
-    made = read(described_reader(load_reader_profile(path)), content.encode()).columns[2].values[:-1]
+    made = read(described_reader(path), content.encode()).columns[2].values[:-1]
     inside = [min(points)[0] <= reading <= max(points)[0] for reading in readings]
     assert np.isfinite(made).tolist() == inside
     values = [value for _, value in points]
@@ -313,7 +313,7 @@ def test_wrong_profiles_are_refused_with_their_key(made, written, message):
 
 def test_no_such_profile(tmp_path):
     with pytest.raises(ManifestError, match="no such file"):
-        load_reader_profile(tmp_path / "rig.toml")
+        described_reader(tmp_path / "rig.toml")
 
 
 # --- in a run ---

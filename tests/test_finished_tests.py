@@ -99,28 +99,32 @@ def test_what_is_missing_is_named(run_cli, lab):
         *("conditions.normal_load", "contact.pin.material", "contact.pin.youngs_modulus", "contact.pin.poisson_ratio"),
         *("contact.disc.material", "contact.disc.youngs_modulus", "contact.disc.poisson_ratio"),
     ]
-    assert run["problem"].startswith("found no post-test measurement; expected one")
+    assert run["problem"].startswith("found no post-test measurement; expected at least one")
 
 
 @pytest.mark.parametrize(
     ("rows", "head", "told"),
     [
-        ((ROWS[0], ROWS[0]), HEAD, "line 3: found the run 'A1' a second time, after line 2"),
+        ((ROWS[0], ROWS[0]), HEAD, "line 3: found the run 'A1' twice, first in line 2"),
         (("A 2;5;1;9;6;400", "A-2;5;1;9;6;400"), HEAD, "A-2: found two runs with that id"),
         (("A1;5;0.1;500;400",), "run;normal load [N];sliding speed [m/s];sliding distance [m];scar diameter", "unit"),
         (
             ("A1;5;0.1;500;4",),
             "run;normal load [N];sliding speed [m/s];sliding distance [m];wear volume [mm^3]",
-            "may be",
+            "may refer",
         ),
-        (("A1;5;;500;6;400",), HEAD, "line 2: found no sliding_speed .*; expected distance and speed of each test"),
+        (
+            ("A1;5;;500;6;400",),
+            HEAD,
+            "line 2: found no sliding_speed .*; expected the distance and the speed of each test",
+        ),
         (("A1;5;1;;6;400",), HEAD, "line 2: found no sliding_distance"),
         (("A1;5;1;9;6;400;3;1;;;7",), HEAD, "line 2: found '7' in a column without a name"),
         (
             ("A1;5;0.1;500;6;4;400",),
             "run;normal load [N];sliding speed [m/s];sliding distance [m];ball diameter [mm];ball radius [mm];"
             "scar diameter [um]",
-            "line 2: found a ball of 6 mm in diameter with a radius of 4 mm",
+            "line 2: found a ball 6 mm in diameter with a radius of 4 mm",
         ),
         (
             ("A1;5;0.1;500;100;5;400",),
@@ -142,7 +146,7 @@ def test_a_table_of_tests_is_not_taken_for_a_recording(run_cli, lab):
     table(lab, *(row.replace(",", ".") for row in ROWS))
     refused = run_cli("new", "tests.csv")
     assert refused.exit_code == 1
-    assert "found a table of finished tests, one in each row" in refused.stderr
+    assert "found a table of finished tests, one per row" in refused.stderr
     assert not (lab / "tests").exists()
     (lab / "log.csv").write_text("Test;Time [s];Friction force [N]\n1;0;2\n1;1;2\n1;2;3\n", encoding="utf-8")
     assert run_cli("new", "log.csv").exit_code == 0

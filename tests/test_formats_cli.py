@@ -72,7 +72,7 @@ def test_people_see_units_in_brackets(run_cli, files):
     shown = run_cli("formats", "detect", files["second"])
     assert shown.exit_code == 0
     assert "Time [s]" in shown.output
-    assert "friction_coefficient, by its name" in shown.output
+    assert "friction_coefficient, from its name" in shown.output
 
 
 def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):
@@ -80,7 +80,7 @@ def test_an_unknown_file_is_refused_with_the_reasons(run_cli, files):
     assert refused.exit_code == 1
     (told,) = detected(refused)
     assert {one["format"] for one in told["candidates"]} == set(readers())
-    assert "found no known format, and as a plain table: " in told["error"]
+    assert "found no known format; read as a plain table: " in told["error"]
     (error,) = [line for line in refused.stderr.splitlines() if line.startswith("error: ")]
     assert str(files["third"].parent) in error
     assert "ducom-winducom" in refused.stderr
@@ -102,7 +102,7 @@ def test_one_unknown_file_among_others_fails_alone(run_cli, files):
 
 def test_a_reader_can_be_named(run_cli, files):
     (told,) = detected(run_cli("formats", "detect", files["first"], "--reader", "delimited", "--json"))
-    assert (told["format"], told["why"]) == ("delimited", "it was named")
+    assert (told["format"], told["why"]) == ("delimited", "specified by name")
     refused = run_cli("formats", "detect", files["first"], "--reader", "delimted")
     assert refused.exit_code == 1
     assert "did you mean 'delimited'" in refused.stderr
@@ -117,7 +117,7 @@ def test_a_reader_can_be_described(run_cli, files, tmp_path):
     )
     (told,) = detected(run_cli("formats", "detect", files["second"], "--reader", rig, "--json"))
     assert (told["format"], told["title"]) == ("our-rig", "Our rig")
-    assert chosen_reader("our-rig.toml", tmp_path).name == "our-rig"
+    assert chosen_reader(str(tmp_path / "our-rig.toml")).name == "our-rig"
 
 
 class Sure:
@@ -178,7 +178,7 @@ def column(name: str, unit: str | None = None, signal=None) -> ReadColumn:
 def test_meanings_by_name(name, unit, signal):
     meaning = meanings_of([column(name, unit)]).get(name)
     assert (meaning and meaning.signal) == signal
-    assert meaning is None or (meaning.lacks, meaning.by) == ("", "by its name")
+    assert meaning is None or (meaning.lacks, meaning.by) == ("", "from its name")
 
 
 @pytest.mark.parametrize(

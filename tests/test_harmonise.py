@@ -29,13 +29,13 @@ def test_files_of_one_time_base_make_one_run(sample_run):
 
 def test_files_of_different_clocks_are_refused(sample_run):
     write_files(sample_run, ONE, OTHER.replace("0,1;", "0,15;"))
-    with pytest.raises(ReaderError, match=r"friction.csv: found a time that differs .* first at sample 2"):
+    with pytest.raises(ReaderError, match=r"friction.csv: found values of time that differ .* first at sample 2"):
         read_run(sample_run)
 
 
 def test_files_of_different_length_are_refused(sample_run):
     write_files(sample_run, ONE + "0.3,0.5\n", OTHER)
-    with pytest.raises(ReaderError, match="3 rows, but the files before have 4"):
+    with pytest.raises(ReaderError, match="3 rows, but 4 in the files before"):
         read_run(sample_run)
 
 
@@ -95,7 +95,7 @@ def test_a_column_that_not_every_file_has_is_left_out_with_a_note(sample_run):
 
 def test_a_file_of_other_signals_does_not_continue_the_test(sample_run):
     write_strokes(sample_run, ONE, "Time [s],Friction force [N]\n0.3,1\n")
-    with pytest.raises(ReaderError, match=r"stroke_2.csv: found the signals time, friction_force, but stroke_1.csv"):
+    with pytest.raises(ReaderError, match=r"friction_force, but time, depth in stroke_1.csv"):
         read_run(sample_run)
 
 

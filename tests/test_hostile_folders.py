@@ -28,7 +28,7 @@ from tribopipe.readers import profiles
 from tribopipe.readers.delimited import DelimitedReader
 from tribopipe.readers.formats.umt import UmtReader
 from tribopipe.readers.reader import readers
-from tribopipe.readers.toml_reader import described_reader
+from tribopipe.readers.toml_reader import DescribedReader
 from tribopipe.results.run import SourceFile
 
 AT_ONCE = 5.0
@@ -67,14 +67,14 @@ def test_a_link_out_of_the_run_folder_is_refused(sample_run, tmp_path, refusal, 
     linked(sample_run / name, {"beside": f"../{outside.name}", "absolute": outside, "nowhere": "/no/such"}[target])
     said = refusal()
     assert name in said
-    assert "a link that leads out of the run folder" in said
+    assert "a link to a file outside the run folder" in said
     assert "replace the link" in said
 
 
 def test_a_link_to_a_folder_outside_is_refused(sample_run, other_run, refusal):
     linked(sample_run / "data", other_run)
     set_key(sample_run, "file", '"data/signals.csv"')
-    assert "a link that leads out of the run folder" in refusal()
+    assert "a link to a file outside the run folder" in refusal()
 
 
 def test_links_inside_the_run_folder_and_to_it_are_followed(sample_run, tmp_path):
@@ -261,7 +261,7 @@ def test_a_pattern_that_never_ends_is_ended(monkeypatch):
     )
     content = b"t;w\n" + b"a" * 60 + b"b\n1;2\n"
     start = time.monotonic()
-    match = described_reader(profile).match(SourceFile("x.csv", content))
+    match = DescribedReader(profile).match(SourceFile("x.csv", content))
     assert match.confidence == 0
     assert "no end to the search for '^(a+)+$'" in match.why
     assert time.monotonic() - start < 4 * AT_ONCE
@@ -272,7 +272,7 @@ def test_a_date_written_twice_is_refused():
     described = {**RIG, "separator": ";", "starts_at": "^t;", "facts": {"started": fact}}
     profile = read_document(described, ReaderProfile, where="rig")
     with pytest.raises(ReaderError, match="expected a date in the form '%Y %Y'"):
-        read(described_reader(profile), b"Date: 2024 2024\nt;w\n1;2\n2;3\n")
+        read(DescribedReader(profile), b"Date: 2024 2024\nt;w\n1;2\n2;3\n")
 
 
 # --- signal files ---

@@ -67,7 +67,7 @@ def test_english_labels_and_quoted_numbers():
 
 def test_fewer_samples_than_the_header_claims():
     table = read(READER, KYOWA.replace(b",3\r\n", b",2000\r\n"))
-    assert table.notes[-1] == "the header declares 2000 samples; 3 are present"
+    assert table.notes[-1] == "the header declares 2,000 samples; 3 are present"
 
 
 def test_cut_anywhere_it_is_right_or_refused():
@@ -84,8 +84,8 @@ def test_a_cut_file_is_not_left_to_another_reader():
     ("content", "message"),
     [
         (b"", "empty file"),
-        (KYOWA[: KYOWA.index(ROW_OF_NAMES) + len(ROW_OF_NAMES)], "no row of numbers"),
-        (KYOWA[KYOWA.index(ROW_OF_NAMES) :], "no row of units"),
+        (KYOWA[: KYOWA.index(ROW_OF_NAMES) + len(ROW_OF_NAMES)], "no data row"),
+        (KYOWA[KYOWA.index(ROW_OF_NAMES) :], "no unit row"),
         (KYOWA.replace(b"0.01,1.375,", b"0.01,"), "line 19: found 2 fields, expected 3"),
         (KYOWA.replace(b"1.375,", b"1.375,7,"), "line 19: found 4 fields, expected 3"),
     ],
@@ -98,7 +98,7 @@ def test_broken_files_are_refused(content, message):
 def test_another_encoding_than_named_is_refused():
     with pytest.raises(ReaderError, match="not utf-8"):
         read(READER, KYOWA, encoding="utf-8")
-    with pytest.raises(ReaderError, match="no row of units"):
+    with pytest.raises(ReaderError, match="no unit row"):
         read(READER, KYOWA, encoding="latin-1")
 
 

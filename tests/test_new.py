@@ -104,7 +104,9 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
-    assert ask.asked[0].startswith("conditions.normal_load, nominal normal load; needed (50 N: probable from the name")
+    assert ask.asked[0].startswith(
+        "conditions.normal_load, nominal normal load; required (50 N: probable from the file name"
+    )
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
     assert told["files"] == [{"format": "ducom-winducom", "names": [export.name]}]
@@ -182,7 +184,7 @@ def test_nobody_is_asked_without_a_terminal_and_what_is_missing_is_said(run_cli,
     text = (lab / export.stem / "run.toml").read_text(encoding="utf-8")
     assert '# normal_load = "50 N"' in text
     assert '# rotational_speed = "328 rpm"' in text
-    assert "probable from the name of the file" in text
+    assert "probable from the file name" in text
     with pytest.raises(ManifestError, match=r"conditions\.normal_load: missing"):
         read_manifest(lab / export.stem / "run.toml")
 
@@ -316,7 +318,7 @@ def test_files_of_different_tests_are_refused_by_name(lab, other, told):
 @pytest.mark.parametrize("name", ["run.toml", "RUN.TOML"])
 def test_a_file_with_the_manifest_s_name_is_refused(lab, name):
     (lab / name).write_bytes(table("Ff [N]", range(30)))
-    with pytest.raises(ReaderError, match="found it twice, as the manifest"):
+    with pytest.raises(ReaderError, match="found the same name for the manifest"):
         make_run(Wanted([lab / name]))
 
 
@@ -324,7 +326,7 @@ def test_files_of_one_name_are_refused(lab):
     for folder in ("a", "b"):
         (lab / folder).mkdir()
         put(lab / folder, same=table("Ff [N]", range(30)))
-    with pytest.raises(ReaderError, match=r"same\.csv: found it twice"):
+    with pytest.raises(ReaderError, match=r"same\.csv: found the same name"):
         make_run(Wanted([lab / "a" / "same.csv", lab / "b" / "same.csv"]))
 
 
@@ -373,9 +375,9 @@ def test_columns_are_known_by_their_names_where_the_unit_fits(lab):
     }
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# temperature = { column = "Temp", unit = "degC" }' in text
-    assert "its unit is not known" in text
+    assert "its unit is unknown" in text
     assert '# Kept, but not used as signals: "Fluss [l]" (l), "Speed [rpm]" (rpm)' in text
-    assert "# N, by its name" in text
+    assert "# N, from its name" in text
 
 
 def test_a_signal_by_the_format_whose_unit_is_not_known_is_left_to_the_lab(lab):
@@ -388,7 +390,7 @@ def test_a_signal_by_the_format_whose_unit_is_not_known_is_left_to_the_lab(lab):
     assert columns == known
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# friction_force = { column = "FrictionForce", unit = "mN" }' in text
-    assert "by the format, its unit is not known" in text
+    assert "from the format, its unit is unknown" in text
 
 
 def test_two_columns_that_could_be_one_signal_are_left_to_the_lab(lab):
@@ -466,7 +468,7 @@ def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written,
         ("conditions.normal_load", "found no '='"),
         ("conditions.normal_laod=5 N", "did you mean 'normal_load'"),
         ("conditions.normal_load=5", "without a unit|bare number"),
-        ("conditions=5 N", "a key that cannot be filled in; expected one such as conditions.normal_load"),
+        ("conditions=5 N", "a key that cannot be filled in; expected a key such as conditions.normal_load"),
         ("signals.reader=x", "a key that cannot be filled in"),
         ("contact.pin.radius.value=x", "a key that cannot be filled in"),
         ("id=x", "a key that cannot be filled in"),
@@ -642,7 +644,7 @@ def test_a_template_against_the_format_is_said_to_be_so(lab):
     )
     (lab / "x.txt").write_bytes(b"A [s];B [um]\n0;0.5\n1;0.6\n2;0.7\n")
     text = (make_run(Wanted([lab / "x.txt"], template=lab / "lab.toml")).folder / "run.toml").read_text("utf-8")
-    assert "# µm, by lab.toml; by the format it is 'B [um], calibrated'" in text
+    assert "# µm, from lab.toml; the format defines 'B [um], calibrated' as this signal" in text
 
 
 def test_a_reader_that_is_not_there_is_refused_with_the_nearest(export):
@@ -668,7 +670,7 @@ def test_a_profile_among_the_files_is_left_to_the_lab(lab, export):
     assert "end_values" not in document(made.folder)
     assert '# disc_profile = { file = "a.txt" }' in (made.folder / "run.toml").read_text(encoding="utf-8")
     assert (made.folder / "a.txt").exists()
-    with pytest.raises(ReaderError, match=r"a\.txt: found a profile .* at least one file of signals"):
+    with pytest.raises(ReaderError, match=r"a\.txt: found a profile .* at least one signal file"):
         make_run(Wanted([lab / "a.txt"]))
 
 
@@ -689,7 +691,7 @@ def test_profiles_whose_columns_are_named_wait_for_them_and_none_is_lost(lab, ex
     (line,) = [line for line in text.splitlines() if line.startswith("# disc_profile")]
     assert all(file.name in line for file in files)
     assert tomllib.loads(line.removeprefix("# "))["disc_profile"][3]["position"] == "…"
-    assert made.notes[-1].startswith("end_values.disc_profile is in a comment of run.toml: name the columns")
+    assert made.notes[-1].startswith("end_values.disc_profile is commented out in run.toml: specify the columns")
     assert '"Across [mm]", "Up [um]"' in made.notes[-1]
 
 

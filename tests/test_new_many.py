@@ -82,9 +82,9 @@ def test_a_workbook_tells_the_same(run_cli, lab):
         (
             ["test_1;5;400;3;0,1;", "TEST_1;6;400;3;0,1;"],
             HEAD,
-            r"line 3: found the run 'TEST_1' a second time, after line 2",
+            r"line 3: found the run 'TEST_1' twice, first in line 2",
         ),
-        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9', for which there is no file.*did you mean"),
+        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9' without a file.*did you mean"),
         (
             ["test_1;5;400"],
             "run;normal_load [N];pin_scar_diameter",
@@ -94,11 +94,11 @@ def test_a_workbook_tells_the_same(run_cli, lab):
         (["test_1;1,000"], "run;normal_load [N]", "thousands"),
         (["test_1;-5"], "run;normal_load [N]", "a positive value"),
         (["test_1;5"], "run;normal_load [mm]", "'mm', which is not a unit of force"),
-        (["test_1;5"], "run;wear volume [mm^3]", "may be for the pin or the disc"),
+        (["test_1;5"], "run;wear volume [mm^3]", "may refer to the pin or the disc"),
         (["test_1;5;6"], "run;normal_load [N];Last [N]", "a second column for conditions.normal_load"),
         (["test_1;3"], "run;u(normal_load) [N]", "an uncertainty without a value"),
         ([";5"], "run;normal_load [N]", "a row without a run"),
-        (["5;test_1"], "normal_load [N];run", "expected 'run'"),
+        (["5;test_1"], "normal_load [N];run", "expected the column 'run'"),
         ([], HEAD, "found 1 rows"),
     ],
 )
@@ -116,7 +116,7 @@ def test_columns_that_mean_nothing_and_runs_without_a_row_are_named(run_cli, lab
     ends(lab, "test_1;5;400;3;0,1;x")
     made = run_cli("new", "exports", "--ends", "ends.csv")
     assert made.exit_code == 0
-    assert "ends.csv has no row for it" in made.stderr
+    assert "ends.csv has no row for this run" in made.stderr
     assert "ends.csv: column 'Bemerkung im Heft' is no key of run.toml and is not used" in made.stderr
 
 
@@ -143,13 +143,13 @@ def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
     assert {one["file"]: one["why"].partition(";")[0] for one in told["left_out"]} == {
         "lab.toml": "not an instrument export",
         "notes.txt": "no reader knows its format",
-        "test_1.csv": "a duplicate of copy of test_1.csv, byte for byte",
-        "test_2.txt": "another file already makes the run test_2",
+        "test_1.csv": "an exact duplicate of copy of test_1.csv",
+        "test_2.txt": "another file is already used for the run test_2",
     }
     assert told["runs"][4]["notes"] == ["it is 17 % as long as the other tests of the folder: aborted?"]
     again = run_cli("new", "exports", "--set", "conditions.normal_load=5 N", "--into", "runs")
     assert again.exit_code == 1
-    assert "found no export to make a run of" in again.stderr
+    assert "found no export from which a run can be made" in again.stderr
 
 
 def test_a_broken_export_stops_no_other_and_is_a_failure(run_cli, lab):

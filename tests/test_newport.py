@@ -63,9 +63,9 @@ def test_a_cut_file_is_not_left_to_another_reader():
     ("content", "message"),
     [
         (b"", "empty file"),
-        (b"Time;Force\n1;2\n", "expected sixteen settings"),
-        (NEWPORT.splitlines()[0] + b"\r\n", "no row of numbers"),
-        (b"\r\n".join(NEWPORT.splitlines()[1:]), "expected sixteen settings"),
+        (b"Time;Force\n1;2\n", "expected 16 tab-separated settings"),
+        (NEWPORT.splitlines()[0] + b"\r\n", "no data row"),
+        (b"\r\n".join(NEWPORT.splitlines()[1:]), "expected 16 tab-separated settings"),
         (NEWPORT.replace(b";0.050000\r\n", b"\r\n"), "found 6 fields, expected 7"),
         (NEWPORT.replace(b";0.889057", b";0.889057;1"), "found 8 fields, expected 7"),
     ],

@@ -157,7 +157,7 @@ def test_what_is_no_whole_file_is_refused(content, change):
 
 @pytest.mark.parametrize("change", [shorter, no_unit, to_come])
 def test_what_is_no_whole_run_is_refused(content, change):
-    with pytest.raises(ReaderError, match=r"^bare\.h5: found .*; expected a run as tribopipe archives it"):
+    with pytest.raises(ReaderError, match=r"^bare\.h5: found .*; expected a run archived by tribopipe"):
         read(changed(content, change))
 
 

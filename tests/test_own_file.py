@@ -260,8 +260,8 @@ MISLEADING = {
     "Si3N4-pin.csv": None,
     "0-3N.csv": None,
     "run_3_5N.csv": None,
-    "10N_vs_20N.csv": "another value as well",
-    "5N-Al_10N.csv": "another value as well",
+    "10N_vs_20N.csv": "and another value",
+    "5N-Al_10N.csv": "and another value",
     "1,000N.csv": None,
     "20N_test.csv": "left open",  # 5 N were recorded
     "5kN.csv": "left open",
@@ -296,17 +296,17 @@ def test_a_name_that_contradicts_a_header_is_named(lab):
     (lab / "20N.csv").write_text(table("Normalkraft;5 N\n\n"), encoding="utf-8")
     made, _, document = drafted(lab / "20N.csv", accept=True)
     assert document["conditions"]["normal_load"] == "5 N"
-    assert any("but '20N' in the name of the file" in note for note in made.notes)
+    assert any("but '20N' in the file name" in note for note in made.notes)
 
 
 def test_nothing_is_taken_without_accept_and_what_is_has_its_source(lab):
     (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
     made, text, _ = drafted(lab / "a_5N.csv")
     assert (made.lacks, made.accepted) == ((LOAD,), ())
-    assert "# probable from the name of the file, '5N'" in text
+    assert "# probable from the file name, '5N'" in text
     made, text, document = drafted(lab / "a_5N.csv", accept=True, id="b")
     assert document["conditions"]["normal_load"] == "5 N"
-    assert "# probable from the name of the file, '5N', accepted" in text
+    assert "# probable from the file name, '5N', accepted" in text
 
 
 def test_a_channel_that_is_not_steady_is_not_offered(lab):
@@ -327,7 +327,7 @@ def test_y_takes_what_is_offered_and_a_ball_may_be_given_by_its_diameter(lab):
 
     made = make_run(Wanted([lab / "a_5N.csv"]), ask, str)
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
-    assert "y accepts it" in heard[0]
+    assert "enter y to accept" in heard[0]
     assert tomllib.loads(text)["conditions"] == {"normal_load": "5 N", "sliding_speed": "0.1 m/s"}
     assert '# radius = "3 mm"' in text
     assert '# diameter = "6 mm"' in text

@@ -148,7 +148,7 @@ def test_units_that_an_identity_contradicts_are_left_open():
     assert next(one.unit for one in table.columns if one.name == "Mass") is None
     assert next(one.unit for one in table.columns if one.name == "Load") == "N"
     assert "m·g = F_N does not hold in g, N: the ratio of left to right is 0.001" in table.notes
-    assert "the units of 'Mass' are left open; the header contains none" in table.notes
+    assert "the units of 'Mass' are unknown; the header contains none" in table.notes
 
 
 def test_names_that_only_look_like_the_program_s_have_no_unit():
@@ -177,7 +177,7 @@ def test_an_unknown_unit_is_left_open_and_reported_with_line_and_column(name, nu
     table = read(names)
     line = next(place for place, one in enumerate(names.splitlines(), start=1) if b"This Step" in one)
     assert column(table, f"{name} [kgff]").unit is None
-    said = f"line {line}, column {number}: '{name} [kgff]' has the unknown unit 'kgff'; name its unit in run.toml"
+    said = f"line {line}, column {number}: '{name} [kgff]' has the unknown unit 'kgff'; specify its unit in run.toml"
     assert said in table.notes
 
 
@@ -212,5 +212,5 @@ def test_a_field_that_is_no_number_is_missing_and_named():
 @pytest.mark.parametrize("content", [b"Time\tThis Step\n1\t2\n", b"\tTime\tLoad\n\t1\t2\n"])
 def test_other_files_are_left_alone(content):
     assert PhoenixReader().match(SourceFile("x", content)).confidence == 0
-    with pytest.raises(ReaderError, match="found no row of names with This Step"):
+    with pytest.raises(ReaderError, match="found no header row with This Step"):
         read(content)

@@ -77,7 +77,7 @@ def test_lines_of_units_and_of_the_number_of_points(head, units):
 
 
 def test_another_number_of_points_than_said_is_noted():
-    assert read(written(PROFILE, head="23\n")).notes == ("the file states 23 points, but holds 4",)
+    assert read(written(PROFILE, head="23\n")).notes == ("the header states 23 points; the file contains 4",)
 
 
 def test_blanks_behind_and_blank_lines_at_the_end():
@@ -148,7 +148,7 @@ def test_what_are_no_points_is_refused(what):
 
 
 def test_what_can_be_read_in_two_ways_is_refused():
-    with pytest.raises(ReaderError, match="commas to be clearly column separators"):
+    with pytest.raises(ReaderError, match="commas that are unambiguously column separators"):
         read(SIGNALS["integers between commas"])
     with pytest.raises(ReaderError, match="thousands"):
         read(b"1;1.500\n2;2.500\n3;12\n")

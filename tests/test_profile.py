@@ -255,14 +255,14 @@ def test_profile_that_is_none_is_refused(tmp_path, text, said):
 
 
 def test_profile_without_a_file_or_unit_is_refused(tmp_path):
-    with pytest.raises(ReaderError, match=r"curved.csv: no such file; expected the profile that run.toml names"):
+    with pytest.raises(ReaderError, match=r"curved.csv: no such file; expected the profile specified in run.toml"):
         read(tmp_path, manifest_with(end={"curved_disc_profile": SOURCE}))
     (tmp_path / "curved.csv").mkdir()
-    with pytest.raises(ReaderError, match=r"name the file in run.toml, end_values.curved_disc_profile.file"):
+    with pytest.raises(ReaderError, match=r"specify the file in run.toml under end_values.curved_disc_profile.file"):
         read(tmp_path, manifest_with(end={"curved_disc_profile": SOURCE}))
     (tmp_path / "flat.csv").write_text(rows(X, X), encoding="utf-8")
     bare = {"file": "flat.csv", "position": "x", "height": "z"}
-    with pytest.raises(ReaderError, match="found no unit; expected one for position"):
+    with pytest.raises(ReaderError, match="found no unit; expected a unit for position"):
         read(tmp_path, manifest_with(end={"flat_disc_profile": bare}))
 
 

@@ -106,5 +106,5 @@ def test_what_lies_beside_the_data_is_refused(pattern):
     if not found:
         pytest.skip(f"real data not here: {pattern}")
     for path in found:
-        with pytest.raises(ReaderError, match="found no known format, and as a plain table: "):
+        with pytest.raises(ReaderError, match="found no known format; read as a plain table: "):
             detect(SourceFile(path.name, path.read_bytes()))

@@ -101,7 +101,7 @@ def test_first_line_may_be_missing_or_odd(top):
 def test_a_missing_end_is_noted(foot):
     table = read(write(foot=foot))
     assert np.array_equal(values(table), TRUTH)
-    assert table.notes == ("TotalTime is missing below the rows, so the file may be truncated",)
+    assert table.notes == ("TotalTime is missing below the data, so the file may be truncated",)
 
 
 def test_anything_else_below_the_rows_is_refused():
@@ -198,4 +198,4 @@ def test_date_of_the_test_is_taken_where_day_and_month_are_certain(tested, calib
     table = read(f"{KNOWN}\r{values},,\r\n{rows}\nTotalTime\n00:00:00.02\n".encode())
     expected = {"operator": "Ana"} | ({"started": started} if started else {})
     assert table.facts == expected
-    assert any("the day or the month first" in note for note in table.notes) == bool(tested and not started)
+    assert any("order of day and month is ambiguous" in note for note in table.notes) == bool(tested and not started)

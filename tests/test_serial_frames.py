@@ -17,7 +17,7 @@ from tribopipe.results.run import SourceFile
 
 READER = SerialFramesReader()
 REAL_FILE = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "pinondiskapp-es" / "data" / "celda_sim.csv"
-NO_TIME = "frames contain no time; map time or sliding distance from a file with a row for each frame"
+NO_TIME = "frames contain no time; map time or sliding distance from a file with one row per frame"
 
 
 def test_is_a_reader_and_claims_its_files_alone():
@@ -70,7 +70,7 @@ def test_broken_frames_are_missing_samples_with_a_count():
     table = read(READER, FRAMES + b"<STX>   0.0\x00<CR><LF>\n" + FRAMES)
     assert np.isnan(table.columns[0].values).tolist() == [False, False, False, True, False, False, False]
     assert table.notes == (
-        "1 of 7 frames are broken and treated as missing samples; the first is frame 4: '0.0\\x00<CR><LF>'",
+        "1 of 7 frames are corrupted and treated as missing samples; the first is frame 4: '0.0\\x00<CR><LF>'",
         NO_TIME,
     )
 
@@ -83,12 +83,12 @@ def test_what_stands_before_the_first_frame_is_the_header():
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "no whole frame"),
-        (b"   0.072KGM\r\n   0.073KGM\r\n", "no whole frame"),
-        (FRAMES[:12], "no whole frame"),
+        (b"", "no complete frame"),
+        (b"   0.072KGM\r\n   0.073KGM\r\n", "no complete frame"),
+        (FRAMES[:12], "no complete frame"),
         (FRAMES + b"<STX>   0.072N <CR><LF>", "frames in KG and N"),
-        (FRAMES.decode().encode("utf-16"), "no whole frame"),
-        (b"Time;Force\n1;2\n", "no whole frame"),
+        (FRAMES.decode().encode("utf-16"), "no complete frame"),
+        (b"Time;Force\n1;2\n", "no complete frame"),
     ],
 )
 def test_other_files_are_refused(content, message):
@@ -99,7 +99,7 @@ def test_other_files_are_refused(content, message):
 
 def test_one_endless_line_is_refused_at_once():
     started = time.perf_counter()
-    with pytest.raises(ReaderError, match="no whole frame"):
+    with pytest.raises(ReaderError, match="no complete frame"):
         read(READER, b"<STX>" + b"7" * 30_000_000)
     assert time.perf_counter() - started < 2
 

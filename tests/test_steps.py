@@ -93,11 +93,14 @@ def test_all_rows_are_read_where_no_step_is_chosen(lab):
 @pytest.mark.parametrize(
     ("signals", "told"),
     [
-        ("steps = [5]", "log.csv: found the steps 4, 7, 10, 13; expected step 5, which run.toml chooses; correct"),
-        ('steps = [4]\nstep_column = "Stepp"', "found no column 'Stepp' that numbers the steps"),
+        (
+            "steps = [5]",
+            "log.csv: found the steps 4, 7, 10, 13; expected step 5, which is selected in run.toml; correct",
+        ),
+        ('steps = [4]\nstep_column = "Stepp"', "found no column 'Stepp' with step numbers"),
         (
             'steps = [4]\nstep_column = "XYZ.X Position (mm)"',
-            r"line 4, column 'XYZ.X Position \(mm\)': found '6.018'; expected the num",
+            r"line 4, column 'XYZ.X Position \(mm\)': found '6.018'; expected a step num",
         ),
         ("steps = [4, 4]", "steps: found step 4 twice"),
         (
@@ -112,7 +115,7 @@ def test_choices_that_cannot_be_are_refused(lab, signals, told):
 
 
 def test_no_column_of_steps(lab):
-    with pytest.raises(ReaderError, match=r"log\.csv: found no column that numbers the steps; expected one"):
+    with pytest.raises(ReaderError, match=r"log\.csv: found no column with step numbers; expected one"):
         read_run(run_folder(lab, b"Time [s],Fx [N]\n" + b"0,1\n1,2\n" * 3, "steps = [1]"))
 
 
@@ -144,7 +147,7 @@ def test_time_that_begins_again_within_a_step_is_refused_with_its_line(lab):
 
 def test_a_step_number_that_is_none_is_refused_with_its_line(lab):
     content = changed(rtec_ladder(), 501, b"4,", b",")
-    with pytest.raises(ReaderError, match="line 501, column 'Step': found 'nan'; expected the number of a step"):
+    with pytest.raises(ReaderError, match="line 501, column 'Step': found 'nan'; expected a step number"):
         make_runs(Wanted([put(lab, "log.csv", content)], lab, split="Step"))
 
 
@@ -201,7 +204,7 @@ def test_a_counter_that_is_one_back_is_not_begun_again():
 
 def test_a_workbook_of_three_tests_is_refused_with_the_choice(lab):
     export = put(lab, "tests.xlsx", workbook_of(["Run 1", "Run 2", "Run 3"]))
-    told = "a test in each of the sheets 'Run 1', 'Run 2' and 'Run 3'; expected one test; .*--sheet.*--each-sheet"
+    told = "a test table in each of the sheets 'Run 1', 'Run 2' and 'Run 3'; expected one test; .*--sheet.*--each-sheet"
     with pytest.raises(ReaderError, match=told):
         make_runs(Wanted([export], lab / "runs"))
     assert not (lab / "runs").exists()
@@ -282,8 +285,8 @@ def test_answers_are_asked_for_once_and_taken_for_all(lab):
 def test_steps_left_together_are_said_to_be_so(lab):
     (made,) = make_runs(Wanted([put(lab, "ladder.csv", rtec_ladder())], lab, settings=[LOAD]))
     told = (
-        "ladder.csv: column 'Step' numbers the steps 4, 7, 10 and 13, which are treated as one test; if load, speed or "
-        "track differ "
+        "ladder.csv: column 'Step' contains the step numbers 4, 7, 10 and 13; all steps are treated as "
+        "one test; if load, speed or track radius differ "
     )
     assert any(note.startswith(told) for note in made.notes)
 

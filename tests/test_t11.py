@@ -60,8 +60,8 @@ def test_cut_anywhere_it_is_right_or_refused():
     ("content", "message"),
     [
         (b"", "empty file"),
-        (T11.splitlines()[0], "no row of numbers"),
-        (b"\n".join(T11.splitlines()[1:]), "no line of names"),
+        (T11.splitlines()[0], "no data row"),
+        (b"\n".join(T11.splitlines()[1:]), "no header row"),
         (T11.replace(b"0,5;1,5;", b"0,5;"), "line 3: found 7 fields, expected 8"),
         (T11.decode().encode("utf-16")[:-1], "not utf-16"),
     ],

@@ -108,7 +108,7 @@ def test_texts_are_kept():
 def test_an_unknown_unit_is_noted():
     table = read(tdms({"Test": {"Fz": (np.array([1.0, 2.0]), WAVE | {"unit_string": "clicks!"})}}))
     assert table.columns[1].unit is None
-    assert table.notes == ("channel 'Fz' has the unknown unit 'clicks!'; name its unit in run.toml",)
+    assert table.notes == ("channel 'Fz' has the unknown unit 'clicks!'; specify its unit in run.toml",)
 
 
 def test_unit_in_the_name():
@@ -135,7 +135,7 @@ def test_interrupted_file_is_read_as_far_as_it_goes():
     table = read(bytes(content[:-3]))
     assert columns(table)["Heat"] == [0, 1, 2, 3, 4, 0, 1, 2]
     assert columns(table)["Fz"] == [0.25, 1.25, 2.25, 3.25, 4.25, 0.25, 1.25, 2.25]
-    assert "stopped before its end" in table.notes[0]
+    assert "stopped before the file was complete" in table.notes[0]
 
 
 CUT = tdms({"Test": {"Fz": FORCE, "Heat": COUNT}}, {"Test": {"Fz": FORCE, "Heat": COUNT}})
@@ -178,7 +178,7 @@ def test_channels_that_are_no_numbers_are_left_out():
     wave = (np.array([1 + 2j, 3 + 4j]), {})
     table = read(tdms({"Test": {"Impedance": wave, "Fz": (np.array([1.0, 2.0]), {})}}))
     assert [column.name for column in table.columns] == ["Fz"]
-    assert table.notes == ("channel 'Impedance' contains neither numbers nor texts and is omitted",)
+    assert table.notes == ("channel 'Impedance' contains neither numbers nor text and is omitted",)
     with pytest.raises(ReaderError, match="found no samples in any channel"):
         read(tdms({"Test": {"Impedance": wave}}))
 

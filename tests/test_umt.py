@@ -168,7 +168,7 @@ def test_a_unit_that_changes_is_refused():
 
 def test_numbers_without_names_are_refused():
     content = SMALL.replace(b"Fx,Fz,Z,T,Ff,COF\r\ng,g,mm,sec,g,\r\n\r\n105", b"105")
-    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found numbers without names"):
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found data without column names"):
         read(content)
 
 
@@ -189,7 +189,7 @@ def test_a_word_before_the_last_row_is_named(blank, line):
 
 def test_a_quotation_mark_and_a_long_word_before_the_last_row_are_refused():
     long = b'"' + b"x" * 140_000
-    with pytest.raises(ReaderError, match=r"^wear\.csv, line 38: found a field of more than 131072 characters"):
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 38: found a field of more than 131,072 characters"):
         read(SMALL.replace(b"136.519547", long + b"136.519547", 1))
 
 
@@ -202,11 +202,11 @@ def test_not_a_number_is_no_word():
 def test_counts_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Data Count   = 3", b"Data Count   = 110").replace(b"steps = 2", b"steps = 4"))
     assert "numbers of rows differ from the header: segment 1 declares 110 and contains 3" in table.notes
-    assert "the header declares 4 steps, of which 2 have rows" in table.notes
+    assert "the header declares 4 steps; 2 of them contain data" in table.notes
 
 
 def test_a_step_that_repeats_the_one_before_is_noted():
-    assert read(write([STEPS[0], STEPS[0]])).notes == ("segments that repeat the one before, number for number: 2",)
+    assert read(write([STEPS[0], STEPS[0]])).notes == ("segments identical to the one before: 2",)
 
 
 @pytest.mark.slow

@@ -50,9 +50,7 @@ def test_sheets_in_which_time_goes_on_are_segments():
 @pytest.mark.parametrize("names", [["Time [s]", "Ft"], ["Time [s]", "Fz"]], ids=["the same", "different"])
 def test_several_tests_are_refused_until_one_is_named(names):
     book = xlsx({"A": ROWS, "B": [names, [0.0, 1.0], [1.0, 2.0]]})
-    with pytest.raises(
-        ReaderError, match=r"run.xlsx: found a table like that of a test in each of the sheets 'A' and 'B'"
-    ):
+    with pytest.raises(ReaderError, match=r"run.xlsx: found a test table in each of the sheets 'A' and 'B'"):
         read(book)
     assert list(columns(read(book, sheet="B"))) == names
     assert read(book, sheet="B").notes == ()
@@ -124,7 +122,7 @@ def test_durations_and_times_of_day_are_seconds():
     assert [(column.name, column.unit) for column in table.columns[:2]] == [("Time", "s"), ("Clock", "s")]
     assert columns(table)["Time"] == pytest.approx([0, 1.5, 3])
     assert columns(table)["Clock"] == pytest.approx([0, 1.5, 3])
-    assert table.notes[0] == "column 'Time' holds durations or times of day; they are converted to seconds"
+    assert table.notes[0] == "column 'Time' contains durations or times of day, which are converted to seconds"
 
 
 def test_dates_with_times_are_seconds_since_the_first():
@@ -133,7 +131,7 @@ def test_dates_with_times_are_seconds_since_the_first():
     when = table.columns[0]
     assert (when.unit, when.signal) == ("s", "time")
     assert when.values == pytest.approx([0, 0.5, 1], abs=2e-3)
-    assert table.notes == ("column 'When' holds dates since 2023-03-15T12:00:00; they are converted to seconds",)
+    assert table.notes == ("column 'When' contains dates since 2023-03-15T12:00:00, which are converted to seconds",)
 
 
 def test_a_date_that_does_not_run_is_text():
@@ -158,9 +156,9 @@ def test_numbers_stored_as_text():
 @pytest.mark.parametrize(
     ("sheets", "expected"),
     [
-        ({"Data": []}, "found no visible sheet with anything in it"),
-        ({"Data": [["Time [s]", "Ft [N]"]]}, r"sheet 'Data', line 1: found .* and no row of numbers"),
-        ({"Data": [[1.0, 2.0], [3.0, 4.0]]}, r"sheet 'Data', line 1: found numbers without a row of names"),
+        ({"Data": []}, "found no visible sheet with data"),
+        ({"Data": [["Time [s]", "Ft [N]"]]}, r"sheet 'Data', line 1: found .* and no data row"),
+        ({"Data": [[1.0, 2.0], [3.0, 4.0]]}, r"sheet 'Data', line 1: found data without a header row"),
     ],
     ids=["empty", "names-alone", "numbers-alone"],
 )

@@ -37,7 +37,7 @@ from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
 from tribopipe.documents.template import read_template
 from tribopipe.pipeline.stages import ingest
-from tribopipe.readers.toml_reader import load_reader_profile
+from tribopipe.readers.toml_reader import described_reader
 
 ROOT = Path(__file__).parents[2]
 _STATUS = Path("/proc/self/status")
@@ -53,7 +53,7 @@ READ: Mapping[str, Callable[[Path], object]] = {
     "study": lambda path: load_toml(path, Study),
     "plan": lambda path: load_toml(path, Plan),
     "template": read_template,
-    "reader": load_reader_profile,
+    "reader": described_reader,
 }
 """How each kind of document is read."""
 

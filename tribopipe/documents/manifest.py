@@ -674,7 +674,7 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
     """
     if leads_out(path, path.parent):
         raise ManifestError(
-            f"{path}: found a link that leads out of the run folder; expected run.toml itself, since a run contains "
+            f"{path}: found a link to a file outside the run folder; expected run.toml itself, since a run contains "
             "all its files; replace the link with a copy of the file"
         )
     content = read_bytes(path)

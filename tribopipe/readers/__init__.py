@@ -1,1 +1,1 @@
-"""From the instrument's own files to a run: readers parse, one place harmonizes."""
+"""Readers of instrument files, and the conversion of their tables to the signals of a run in SI."""

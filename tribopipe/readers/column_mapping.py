@@ -1,4 +1,4 @@
-"""What the columns of a table mean by the manifest's word, or else by the file's, and the signals among them in SI.
+"""Meanings of the columns of a table, from the manifest or else from the file, and their signals in SI.
 
 Also the files that run.toml names and the columns found in them by name, with the errors that all of that can have.
 """
@@ -37,19 +37,19 @@ def with_file(
     path = folder / name
     if leads_out(path, folder):
         raise ReaderError(
-            f"{name}: found a link that leads out of the run folder; expected a {what} in it, since a run contains all "
-            "its files; replace the link with a copy of the file"
+            f"{name}: found a link to a file outside the run folder; expected a {what} in the run folder, since a "
+            "run contains all its files; replace the link with a copy of the file"
         )
     try:
         if path.is_dir():
-            raise ReaderError(f"{name}: found a folder; expected a {what}; name the file in run.toml, {key}")
+            raise ReaderError(f"{name}: found a folder; expected a {what}; specify the file in run.toml under {key}")
         return read(path)
     except FileNotFoundError:
         raise ReaderError(
-            f"{name}: no such file; expected the {what} that run.toml names; {did_you_mean(name, beside(path))}"
+            f"{name}: no such file; expected the {what} specified in run.toml; {did_you_mean(name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check it and its permissions") from None
+        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check the file and its permissions") from None
 
 
 def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadColumn:
@@ -61,8 +61,8 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
     names = [column.name for column in table.columns]
     if len(found) > 1:
         raise ReaderError(
-            f"{file}: found {len(found)} columns that could be {wanted!r} for {meaning}; expected one; "
-            f"write the name with its unit: {', '.join(repr(column.name) for column in found)}"
+            f"{file}: found {len(found)} columns that could be {wanted!r} for {meaning}; expected one column; add "
+            f"the unit to the name: {', '.join(repr(column.name) for column in found)}"
         )
     raise ReaderError(
         f"{file}: found no column {wanted!r} for {meaning}; expected it in the header; {did_you_mean(wanted, names)}"
@@ -102,7 +102,7 @@ def column_in_si(
     unit = unit_of(column, source)
     if unit is None and needs_unit(kind):
         raise ReaderError(
-            f"{file}, column {column.name!r}: found no unit; expected one for {meaning}; add it in run.toml: "
+            f"{file}, column {column.name!r}: found no unit; expected a unit for {meaning}; add it in run.toml: "
             f"{meaning} = {{ column = {column.name!r}, unit = … }}"
         )
     if is_a_weight(column, source, kind):
@@ -230,8 +230,8 @@ def _on_track(
     """Return the sliding speed, m/s, of a rotational speed. Raises ``ReaderError`` where no track radius is stated."""
     if track_radius is None:
         raise ReaderError(
-            f"{file}, column {column.name!r}: found a rotational speed for sliding_speed and no track radius in "
-            'run.toml; expected both, v = 2πR·n; add conditions.track_radius = "6 mm" or the like'
+            f"{file}, column {column.name!r}: found a rotational speed for sliding_speed but no track radius in "
+            'run.toml; expected a track radius R, since v = 2πR·n; add conditions.track_radius, such as "6 mm"'
         )
     return track_radius * column_in_si(column, told, "sliding_speed", "rotational speed", file, before)
 
@@ -249,7 +249,7 @@ def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: in
 def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_ARMS) -> list[str]:
     """Return what a person should know of how a file was read and understood."""
     synonyms = [
-        f"column {column.name!r} is taken as {name}, by its name"
+        f"column {column.name!r} is taken as {name}, from its name"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if told is None and is_synonym(column, name)

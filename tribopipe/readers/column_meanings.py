@@ -1,4 +1,4 @@
-"""What columns mean by the names that labs and instruments of several languages give them.
+"""Meanings of columns from their names, as used by labs and instruments in several languages.
 
 Where several columns define the friction coefficient, as an effective value, an integral or a peak, none is taken by
 itself. Units that a header leaves open are proposed by the identities between its columns: an identity such as m·g =
@@ -49,9 +49,9 @@ _SYNONYMS: dict[SignalName, str] = {
     ),
     "friction_force": (
         "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
-        "frictiontorque reibmoment reibungsmoment momenttarcia "
-        "tangentialkraft tarcie silatarcia fuerza fuerzadefriccion fuerzaderozamiento friccion "
-        "forcedefrottement forcetangentielle forzadiattrito fuerzatangencial frottement 摩擦力"
+        "frictiontorque reibmoment reibungsmoment momenttarcia tangentialkraft tarcie silatarcia fuerza "
+        "fuerzadefriccion fuerzaderozamiento friccion forcedefrottement forcetangentielle forzadiattrito "
+        "fuerzatangencial frottement 摩擦力"
     ),
     "friction_coefficient": (
         "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl "
@@ -75,9 +75,9 @@ _SYNONYMS: dict[SignalName, str] = {
 _AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
 """Axes of a machine, which count where no other column has a name of the signal."""
 _FIRST_OF_THE_EAST = "\u2e80"
-"""Where Chinese and Japanese signs begin."""
-NO_UNIT = "its unit is not known"
-By = Literal["by the format", "by its name"]
+"""First of the Chinese and Japanese characters."""
+NO_UNIT = "its unit is unknown"
+By = Literal["from the format", "from its name"]
 
 
 def plain(name: str) -> str:
@@ -99,12 +99,12 @@ def names_of(signal: str | None) -> tuple[str, ...]:
 
 
 class Meaning(NamedTuple):
-    """What one column means, and by whose word."""
+    """Meaning of one column, and where it comes from."""
 
     signal: SignalName
     by: By
     lacks: str = ""
-    """Why it cannot be taken so without a person's word."""
+    """Reason why the column is not used unless the user confirms it."""
     synonym: bool = False
     """Whether the name is another one than the signal's own."""
 
@@ -124,7 +124,7 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     for column in numbers:
         if column.signal is not None and not _taken(column.signal, found):
             lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
-            found[column.name] = Meaning(column.signal, "by the format", lacks)
+            found[column.name] = Meaning(column.signal, "from the format", lacks)
     for told in (_by_own_name, _by_synonym, _by_axis):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
@@ -138,11 +138,11 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
 def _strange(column: ReadColumn) -> Meaning | None:
     """Report which signal a column is called as although it holds words, or its unit is of another kind."""
     own = column.signal or _by_own_name(column)
-    by: By = "by the format" if column.signal else "by its name"
+    by: By = "from the format" if column.signal else "from its name"
     if is_mostly_numbers(column) or column.first_bad is None:
         return Meaning(own, by) if own else None
     signal, (line, text) = own or _by_synonym(column), column.first_bad
-    lacks = f"it contains words, the first of them {text!r} in line {line}"
+    lacks = f"it contains text, first {text!r} in line {line}"
     return Meaning(signal, by, lacks, synonym=own is None) if signal else None
 
 
@@ -180,9 +180,9 @@ def _add_named(
     for column, signal in meant:
         if _fits(column.unit, signal):
             lacks = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
-            found[column.name] = Meaning(signal, "by its name", lacks, synonym=told is not _by_own_name)
+            found[column.name] = Meaning(signal, "from its name", lacks, synonym=told is not _by_own_name)
         elif column.unit is None:
-            found[column.name] = Meaning(signal, "by its name", NO_UNIT, synonym=told is not _by_own_name)
+            found[column.name] = Meaning(signal, "from its name", NO_UNIT, synonym=told is not _by_own_name)
 
 
 def _other_sense(column: ReadColumn, signal: SignalName) -> str:
@@ -213,7 +213,7 @@ def plain_name(column: ReadColumn) -> str:
 _FRICTION_NAMES = re.compile(r"\bcof\b|friction|\bmu\b|\bµ\b|reibwert|reibzahl", re.IGNORECASE)
 _FRICTION_UNITS = (None, "1", "-", "", "%", "1/µm", "1/um")
 _LEAST_FRICTION, _LARGEST_FRICTION = 1e-3, 3.0
-"""Between which the median of a friction coefficient lies."""
+"""Limits of the median of a friction coefficient."""
 
 
 class Definition(NamedTuple):
@@ -244,7 +244,7 @@ def definitions_note(columns: Sequence[ReadColumn], taken: str | None) -> str | 
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     choice = "none is used" if taken is None else f"{taken!r} is used"
     return (
-        f"{len(found)} definitions of friction, {listed}; {choice}: map the one that you report to "
+        f"{len(found)} definitions of friction, {listed}; {choice}: map the column that you report to "
         "friction_coefficient under [signals.columns]"
     )
 

@@ -1,4 +1,4 @@
-"""What every reader has to keep to, as one call in the tests of whoever writes one.
+"""Conformance tests for readers, as one call in the tests of a reader's author.
 
     from tribopipe.readers.conformance import Example, check_reader
 
@@ -32,7 +32,7 @@ from tribopipe.results.run import SourceFile
 SURE = 0.9
 """A reader is at least this sure of its own files."""
 CLAIMED = 0.5
-"""From here on a reader claims a file."""
+"""Least confidence with which a reader claims a file."""
 LAST_RESORT = 0.75
 """A reader of last resort stays below this, so that those who know better come first."""
 MATCH_SECONDS = 1.0
@@ -47,7 +47,7 @@ _LINE_ENDS = {"LF": ["\n"], "CRLF": ["\r\n"], "CR": ["\r"], "mixed": ["\n", "\r\
 
 
 class ConformanceError(AssertionError):
-    """What a reader does against the rules, all of it in one message."""
+    """Violations of the rules by a reader, all in one message."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ class Example:
     signals: Mapping[str, SignalName] = field(default_factory=dict)
     """Columns whose meaning the format itself states."""
     values: Mapping[str, Sequence[float]] = field(default_factory=dict)
-    """All numbers of some columns."""
+    """All values of some columns, by column name."""
     facts: Mapping[str, str] = field(default_factory=dict)
     """Some of what the header states about the run."""
     encoding: str | None = "utf-8"
-    """Of a text; None where the file is binary."""
+    """Encoding of a text file; None for a binary file."""
     permuted: bytes | None = field(default=None, repr=False)
     """The same file with its columns in another order, where the format allows for that."""
 

@@ -33,7 +33,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
-from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
 from tribopipe.readers.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
@@ -56,7 +56,7 @@ class DelimitedReader:
     """Text tables in whatever dialect, as nearly every instrument can export them."""
 
     name = "delimited"
-    title = "Delimited text (CSV, TSV, columns between blanks) with a row of names"
+    title = "Delimited text (CSV, TSV, whitespace-separated) with a header row"
     holds: Holds = "signals"
     suffixes = (".csv", ".tsv", ".txt")
 
@@ -67,16 +67,16 @@ class DelimitedReader:
             text = decode(head, partial=len(source.content) > SAMPLE_BYTES)
             table, _ = find_table(text, Hints())
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
-            return Match(0.2, f"most rows have a different number of fields from the names in line {line}")
+            return Match(0.2, f"most rows do not have as many fields as the header in line {line}")
         if len(table.numeric) < 2 and table.textual:
             return Match(0.3, f"only one of {table.width} columns contains numbers")
         if _NO_TABLE.match(table.rows[0].cells[0]) or any("=" in row.cells for row in table.rows[table.body :]):
             return Match(0.3, "it looks like a document, settings or a program")
         share = len(table.numeric) / table.width
-        return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numbers")
+        return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numeric")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is no whole, unambiguous table."""
@@ -266,7 +266,7 @@ def _parts(text: Text, layout: Layout) -> list[memoryview]:
     firsts = [next(_body_rows(text, layout, start), None) for start in starts]
     if firsts[0] is None:
         raise ReaderError(
-            f"{text.name}, line {layout.line}: found no row of numbers below the names; expected at least one; "
+            f"{text.name}, line {layout.line}: found no data rows below the header; expected at least one data row; "
             "export the file again with its data"
         )
     if any(first is not None and len(first.cells) > layout.width for first in firsts):
@@ -403,6 +403,6 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
 
 def _unclosed(text: Text, line: int) -> ReaderError:
     return ReaderError(
-        f"{text.name}, line {line}: found an unmatched quotation mark, here or in the next line; expected "
-        "quoted fields to end in one; correct that line"
+        f"{text.name}, line {line}: found an unmatched quotation mark, here or in the next line; expected a "
+        "closing quotation mark; correct that line"
     )

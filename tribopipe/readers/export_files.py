@@ -44,7 +44,7 @@ class Export:
     others: tuple[Judged, ...]
     """Further readers that claim the file, the surest first."""
     table: ReadTable
-    """What it holds; the first rows of a file that is too long to be held."""
+    """Table of the file; only its first rows if the file is too long for memory."""
     most_rows: int | None = None
     """Rows of such a file, or more where lines are blank."""
 
@@ -62,19 +62,19 @@ class Export:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a person should know of how it was read."""
+        """Return the notes to the user about how the file was read."""
         return (*remarks(self.table), *self.header.notes)
 
     @cached_property
     def header(self) -> HeaderFacts:
-        """What the header states about the run: as the format defines it, or else in free lines."""
+        """Return the facts in the header about the run, as defined by the format or else from free text lines."""
         if self.table.facts or self.reader.holds != "signals":
             return HeaderFacts(dict(self.table.facts), {})
         return header_facts(self.table.header, [column.name for column in self.table.columns])
 
     @cached_property
     def meanings(self) -> Mapping[str, Meaning]:
-        """What columns mean, by their names; none for a profile."""
+        """Return the meanings of the columns by column name; empty for a profile."""
         return meanings_of(self.table.columns) if self.reader.holds == "signals" else {}
 
     @property
@@ -146,14 +146,14 @@ def _size(path: Path) -> int:
 def _judged(source: SourceFile, reader: Reader | None, holds: Holds | None) -> list[Judged]:
     """Give the reader named, or those that claim a file. Raises ``ReaderError`` where none does."""
     if reader is not None:
-        return [Judged(reader, Match(1.0, "it was named"))]
+        return [Judged(reader, Match(1.0, "specified by name"))]
     return chosen(source, candidates(source, holds))
 
 
 def _first_rows(text: LongText) -> ReadTable:
     table = next(text.tables({}))
     rows = len(table.columns[0].values)
-    note = f"too long to be read at once: looked at the first {rows:,} of about {text.most_rows:,} rows"
+    note = f"too long to read at once: examined the first {rows:,} of about {text.most_rows:,} rows"
     return replace(table, notes=(*table.notes, note))
 
 
@@ -165,23 +165,23 @@ def open_export(path: Path) -> SourceFile:
 def _opened(path: Path, read: Callable[[Path], T]) -> T:
     try:
         if path.is_dir():
-            raise ReaderError(f"{path}: found a folder; expected a file that an instrument wrote; name its files")
+            raise ReaderError(f"{path}: found a folder; expected an instrument file; specify the files in the folder")
         return read(path)
     except FileNotFoundError:
         raise ReaderError(
-            f"{path}: no such file; expected one that an instrument wrote; {did_you_mean(path.name, beside(path))}"
+            f"{path}: no such file; expected an instrument file; {did_you_mean(path.name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check it and its permissions") from None
+        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check the file and its permissions") from None
 
 
-def chosen_reader(named: str, folder: Path = Path()) -> Reader:
+def chosen_reader(named: str) -> Reader:
     """Return the reader with a name, or the reader that a file describes (our-rig.toml, next to the run folder).
 
     Raises ``ReaderError`` or ``ManifestError`` where there is no such reader.
     """
     if not is_described(named):
         return reader_named(named)
-    from tribopipe.readers.toml_reader import described_reader, load_reader_profile
+    from tribopipe.readers.toml_reader import described_reader
 
-    return described_reader(load_reader_profile(folder / named))
+    return described_reader(Path(named))

@@ -163,9 +163,9 @@ def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Pa
     for name, part in zip(names, parts, strict=True):
         if part.columns.keys() != first.columns.keys():
             raise ReaderError(
-                f"{name}: found the signals {', '.join(part.columns)}, but {names[0]} has {', '.join(first.columns)}; "
-                "expected the same in files that continue each other; map them under [signals.columns] in run.toml, or "
-                "remove the file that belongs to a different test"
+                f"{name}: found the signals {', '.join(part.columns)}, but {', '.join(first.columns)} in "
+                f"{names[0]}; expected the same signals in files that continue each other; map them under "
+                "[signals.columns] in run.toml, or remove the file that belongs to a different test"
             )
     extras = {
         label: ExtraColumn(np.concatenate([part.extras[label].values for part in parts]), extra.unit)
@@ -190,7 +190,7 @@ def _add(gathered: _Gathered, part: Part, file: str) -> None:
     found, length = len(next(iter(part.columns.values()))), gathered.length
     if length is not None and found != length:
         raise ReaderError(
-            f"{file}: found {found} rows, but the files before have {length}; "
+            f"{file}: found {found:,} rows, but {length:,} in the files before; "
             "expected one row per sample in every file; merge them on one time base first"
         )
     for name, values in part.columns.items():
@@ -206,9 +206,9 @@ def _refuse_difference(name: SignalName, before: Column, values: Column, file: s
     different = np.flatnonzero(~(np.isclose(before, values, rtol=1e-9, atol=0) | (np.isnan(before) & np.isnan(values))))
     if len(different):
         raise ReaderError(
-            f"{file}: found a {name} that differs from the files before, first at sample {different[0] + 1}; expected "
-            "each signal once, or the same in every file; map it in one file only, or merge the files on one time base "
-            "first"
+            f"{file}: found values of {name} that differ from those in the files before, first at sample "
+            f"{different[0] + 1}; expected each signal once, or the same values in every file; map it in one file "
+            "only, or merge the files on one time base first"
         )
 
 

@@ -2,14 +2,16 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from datetime import datetime
+from functools import wraps
+from typing import Any
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout
-from tribopipe.readers.reader import Match, ReadTable
+from tribopipe.readers.reader import Match, ReadTable, refused
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import (
     BLANKS,
@@ -35,7 +37,7 @@ _YEAR_LAST = re.compile(
 )
 _SIGN = re.compile(rb"\d([.,])\d")
 _BRACKETS = re.compile(r"(?<!\s)\s*\[[^\[\]]*\]$")
-"""Where blanks begin: restarted at each of them, a search would take the square of their number."""
+"""Brackets at the end, matched from the first of the spaces before them: from each space would take quadratic time."""
 _ALIKE = 10
 """Rows that have to end alike before a last line without a line end is taken for a whole one."""
 
@@ -46,9 +48,17 @@ def head_lines(source: SourceFile, encoding: str | None = None) -> list[str]:
     return sample_lines(decode(head, encoding, partial=len(source.content) > SAMPLE_BYTES))
 
 
-def refused(source: SourceFile, error: ReaderError) -> Match:
-    """Report that a file is not of a format since it cannot be read as text."""
-    return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+def judge_lines(judge: Callable[[Any, list[str]], Match]) -> Callable[[Any, SourceFile], Match]:
+    """Make the method ``match`` of a reader from a method that judges the first lines of a text file."""
+
+    @wraps(judge)
+    def match(reader: Any, source: SourceFile) -> Match:
+        try:
+            return judge(reader, head_lines(source))
+        except ReaderError as error:
+            return refused(source, error)
+
+    return match
 
 
 def cells_of(line: str, separator: str) -> tuple[str, ...]:
@@ -134,6 +144,15 @@ def moment_by(text: str, others: Iterable[str]) -> tuple[str, str | None] | None
     day_first = any(int(date["first"]) > 12 for date in dates)
     month_first = any(int(date["second"]) > 12 for date in dates)
     return found[0], None if day_first == month_first else _iso(found, "first" if day_first else "second")
+
+
+def start_from(written: str, others: Iterable[str]) -> tuple[dict[str, str], list[str]]:
+    """Return the start of the test from a date whose year comes last, or a note if its day and month are ambiguous."""
+    found, started = moment_by(written, others) or ("", None)
+    if started:
+        return {"started": started}, []
+    ambiguous = f"the start time {found} is not taken from the header, since the order of day and month is ambiguous"
+    return {}, [ambiguous] if found else []
 
 
 def _iso(date: re.Match[str], day: str) -> str | None:

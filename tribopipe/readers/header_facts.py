@@ -1,4 +1,4 @@
-"""What free lines above a table state about a run, in several languages: "Normalkraft;5 N", "Kugel D=6 mm".
+"""Facts about a run in free text lines above a table, in several languages: "Normalkraft;5 N", "Kugel D=6 mm".
 
 A line is a label and a value between a tab, semicolon, bar, colon, equals sign, comma or two blanks; the unit stands
 behind the number, in a field of its own, or in brackets behind the label. A line that begins with a ball is read as
@@ -44,7 +44,7 @@ _QUANTITIES: dict[str, tuple[str, str]] = {
         "kugelradius ballradius rayondelabille radiodelabola promienkulki 球半径 ボール半径",
     ),
 }
-"""By key of run.toml: the kind of quantity, and labels; names of the signal below count, too."""
+"""Kind of quantity and labels by key of run.toml; the names of the signal below are labels too."""
 _SIGNALS = {
     "conditions.normal_load": "normal_force",
     "conditions.sliding_speed": "sliding_speed",
@@ -100,7 +100,7 @@ _ISO_DAY = re.compile(r"(?<!\d)(\d{4})[-./年](\d{1,2})[-./月](\d{1,2})日?(?!\
 _CLOCK = re.compile(r"\d{1,2}:[0-5]\d(?::[0-5]\d)?", re.ASCII)
 _BLANKS = " \t\r\n\"'"
 _MARKS = f"{_BLANKS}#%!*/"
-"""What may stand in front of a line; behind one, a percentage may."""
+"""Characters allowed before a line; a percentage may follow it."""
 _SEPARATORS = ("\t", ";", "|", "：", ":", "=", ",")
 _LONGEST = 300
 _MOST_LINES = 300
@@ -114,19 +114,19 @@ def key_of(label: str) -> str | None:
 
 
 class Fact(NamedTuple):
-    """What one line states about one key of run.toml."""
+    """Value of one key of run.toml in one line."""
 
     value: str
-    """As run.toml would hold it."""
+    """Value as written in run.toml."""
     line: str
 
 
 class HeaderFacts(NamedTuple):
-    """What free lines state, by key of run.toml, and what they state that is not taken."""
+    """Facts in free text lines by key of run.toml, and notes about facts that are not used."""
 
     facts: dict[str, str]
     lines: dict[str, str]
-    """Of each fact, the line that states it."""
+    """Line of each fact."""
     notes: tuple[str, ...] = ()
 
 
@@ -243,7 +243,7 @@ def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
     named = next((what for what in ("diameter", "radius") if size[what]), None)
     written = f"{size['number'].replace(',', '.')} {size['unit']}"  # no ball is thousands of mm large
     if named is None:
-        yield f"{written} may be the radius or the diameter of the ball; write D = or R = in front of it", None
+        yield f"{written} may be the radius or the diameter of the ball; put D = or R = in front of it", None
     else:
         yield f"contact.pin.{named}", written
 

@@ -1,4 +1,4 @@
-"""Where the table stands in a text and how it is written.
+"""Position and format of the table in a text.
 
 Files that may be read otherwise than meant, and so could give wrong numbers, are refused: the layout states the
 reason.
@@ -17,7 +17,8 @@ from tribopipe.readers.text import LINE_END, LONGEST_LINE, Row, Text, lines_from
 
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
-    "expected commas to be clearly column separators or decimal signs; specify separator and decimal in run.toml"
+    "expected commas that are unambiguously column separators or decimal signs; "
+    "specify separator and decimal in run.toml"
 )
 
 
@@ -42,8 +43,8 @@ def _second_table(table: Table) -> str | None:
     for row, following in pairwise(above):
         if len(row.cells) == len(following.cells) > 1 and following.line == row.line + 1:
             return (
-                f"line {row.line}: found rows of numbers above the names in line {table.rows[table.top].line}; "
-                "expected one table per file; split it"
+                f"line {row.line}: found data rows above the header in line {table.rows[table.top].line}; "
+                "expected one table per file; split the file"
             )
     return None
 
@@ -127,12 +128,12 @@ _NEARLY_ALL = 0.8
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the table stands in a text, and how it is written."""
+    """Position and format of the table in a text."""
 
     separator: str
     decimal: Decimal
     names: tuple[str, ...]
-    """As the header writes them, "" where it leaves one out."""
+    """Column names as written in the header; "" for a missing name."""
     line: int
     """Number of the first line of the body."""
     header: str

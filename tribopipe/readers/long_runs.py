@@ -88,9 +88,8 @@ class Means:
     rows: int
     """Samples that were added, once all are."""
 
-    def __init__(self, samples: int, axes: Sequence[str] = _AXES) -> None:
-        """Take means of so many ``samples``; ``axes`` are the columns that should grow."""
-        self._samples, self._axes = samples, axes
+    def __init__(self, samples: int) -> None:
+        self._samples = samples
         self._rows = 0
         self._carried: dict[Name, NDArray[Any]] = {}
         self._first_alone = True
@@ -121,7 +120,7 @@ class Means:
         """Return where means begin, and where one has to, whatever stands before it."""
         length = len(next(iter(block.values())))
         forced = {0, 1} if self._first_alone else {0}
-        for name in self._axes:
+        for name in _AXES:
             if name in block:
                 falls = np.flatnonzero(block[name][1:] < block[name][:-1]) + 1
                 forced.update(falls.tolist(), (falls - 1).tolist(), (falls + 1).tolist())
@@ -136,7 +135,7 @@ class Means:
         self._starts.append(starts + self._rows)
         for name, values in block.items():
             part = values[:end]
-            mean = part[starts] if part.dtype == object else _means(part, starts, counts, axis=name in self._axes)
+            mean = part[starts] if part.dtype == object else _means(part, starts, counts, axis=name in _AXES)
             self._means.setdefault(name, []).append(mean)
 
 
@@ -175,7 +174,7 @@ class _Rows(NamedTuple):
 
 
 class Condensed(NamedTuple):
-    """What a long file comes to."""
+    """Result of reading a long file."""
 
     source: UnheldSource
     part: Part
@@ -192,7 +191,7 @@ class Condensed(NamedTuple):
 
 @dataclass
 class _Seen:
-    """What a person should know of the blocks of a file so far."""
+    """Notes to the user about the blocks of a file read so far."""
 
     notes: dict[str, None] = field(default_factory=dict)
     columns: list[ReadColumn] = field(default_factory=list)

@@ -58,7 +58,7 @@ def _unchanged(path: Path, name: str, sha256: str) -> Iterator[bytes]:
             found.update(piece)
             yield piece
     except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check it and its permissions") from None
+        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check the file and its permissions") from None
     if found.hexdigest() != sha256:
         raise changed(name)
 
@@ -66,13 +66,13 @@ def _unchanged(path: Path, name: str, sha256: str) -> Iterator[bytes]:
 def changed(name: str) -> ReaderError:
     """Report that a file is not what it was when it was first gone through."""
     return ReaderError(
-        f"{name}: found a file that changed while it was read; expected one that is not written to during reading; try "
-        "again once the test has ended"
+        f"{name}: found a file that changed while it was read; expected a file that does not change; try again "
+        "after the test has ended"
     )
 
 
 class _Survey:
-    """What is seen in going through a file once."""
+    """Properties of a file found in one pass over its bytes."""
 
     def __init__(self) -> None:
         self.size = self.lines = 0
@@ -186,7 +186,7 @@ class LongText:
     most_rows: int
     """Rows it has, or more where lines are blank."""
     note: tuple[str, ...] = ()
-    """What a person should know about the encoding."""
+    """Notes to the user about the encoding."""
 
     @property
     def unnamed(self) -> set[str]:

@@ -46,14 +46,14 @@ _BODIES = ("pin", "disc", *DISCS)
 
 @dataclass
 class _Read:
-    """What was read so far: files that are sources of the run, and what there is to keep of them."""
+    """Files read so far as sources of the run, and their tables."""
 
     folder: Path
     sources: list[SourceFile]
     headers: dict[str, str]
     notes: list[str]
     tables: dict[tuple[str, str | None], ReadTable] = field(default_factory=dict)
-    """What files hold, by name and reader, however many profiles are taken from each."""
+    """Tables of the files by name and reader, shared by all profiles from one file."""
 
     def table(self, source: SourceFile, named: ProfileSource, key: str) -> ReadTable:
         """Read a file, once."""
@@ -122,7 +122,7 @@ def _keys(key: str, count: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Units:
-    """Of positions and heights, where somebody states them; they win over what the file states."""
+    """Stated units of positions and heights; they take precedence over those in the file."""
 
     position: str | None = None
     height: str | None = None
@@ -192,9 +192,9 @@ class _Columns:
     position: ReadColumn
     """Along a scan line."""
     heights: list[ReadColumn]
-    """Of one pass each."""
+    """Profiles, each from one scan line."""
     across: ReadColumn | None = None
-    """What distinguishes the scan lines of a map."""
+    """Values that distinguish the scan lines of a map."""
 
 
 def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
@@ -209,7 +209,8 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
             f"{named.file}: found the columns {names}, in which position and height cannot be identified; "
-            f'expected clear names; name them in run.toml under {key}: position = "…", height = "…"'
+            "expected unambiguous column names; specify the columns in run.toml "
+            f'under {key}: position = "…", height = "…"'
         )
     others = [column for column in (*axes["x"], *axes["y"]) if column.name not in (along[0].name, heights[0].name)]
     return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
@@ -279,12 +280,13 @@ def _refuse_repeats(position: Column, column: str, file: str) -> None:
     repeated = np.flatnonzero(np.diff(position) == 0)
     if position[0] == position[-1]:
         raise ReaderError(
-            f"{where}: found the same position in all {len(position)} rows; expected positions across the track; map "
-            "the column that holds them"
+            f"{where}: found the same position in all {len(position):,} rows; expected positions across the track; "
+            "map the column with the positions"
         )
     if len(repeated):
         first = float(position[repeated[0]])
         raise ReaderError(
-            f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} times; "
-            "expected each once; export a single pass across the track, with enough digits of the position"
+            f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} "
+            "times; expected each position once; export a single pass across the track, with enough digits of "
+            "the position"
         )

@@ -1,4 +1,4 @@
-"""What a reader is, and which readers there are: a class for one file format that parses and does nothing else.
+"""The interface of readers, and the registry of installed readers. A reader is a class that parses one file format.
 
 Renaming, conversion to SI and everything that several formats have in common is done once, in
 ``tribopipe.readers.harmonize``. A package adds a format by an entry point in the group ``tribopipe.readers`` whose
@@ -22,14 +22,14 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.results.run import SourceFile
 
 Holds = Literal["signals", "profile"]
-"""What a format's files hold: what a tribometer recorded during a test, or heights measured afterwards."""
+"""Content of the files of a format: signals recorded during a test, or heights measured after it."""
 Axis = Literal["x", "y", "z"]
-"""Of a profile or map: x along the scan, y across scans, z the height, upwards out of the specimen."""
+"""Axis of a profile or map: x along the scan, y across scans, z the height, outward from the specimen."""
 
 
 @dataclass(frozen=True)
 class Hints:
-    """What the manifest states about a file; it wins over anything a reader would guess."""
+    """Entries of the manifest about a file; they take precedence over anything a reader finds itself."""
 
     encoding: str | None = None
     separator: str | None = None
@@ -54,13 +54,13 @@ class ReadColumn:
     """One column as it stands in the file, before any conversion."""
 
     name: str
-    """As the file's header writes it, blanks around it stripped."""
+    """Name as written in the header of the file, without surrounding spaces."""
     values: NDArray[Any]
     """float64 where every field is a number or empty (NaN), otherwise the texts."""
     unit: str | None = None
     """Unit by the file's own words or by the format's definition."""
     signal: SignalName | None = None
-    """What the column means, where the format itself states it."""
+    """Signal of the column, if defined by the format itself."""
     axis: Axis | None = None
     """Which coordinate of a profile it is; a file may hold several columns of heights, one for each pass."""
     first_bad: tuple[int, str] | None = None
@@ -75,11 +75,11 @@ class ReadTable:
 
     columns: tuple[ReadColumn, ...]
     header: str = ""
-    """What stands above the numbers, verbatim."""
+    """Text above the data, verbatim."""
     notes: tuple[str, ...] = field(default=())
-    """What a person should know about how the file was read."""
+    """Notes to the user about how the file was read."""
     facts: Mapping[str, str] = field(default_factory=dict)
-    """What the header states about the run, by the keys of run.toml and as run.toml would hold it:
+    """Facts in the header about the run, by key of run.toml and as written in run.toml:
     {"conditions.normal_load": "5 N", "started": "2022-05-12T12:21:58", "instrument": "UMT TriboLab"}."""
     line_of: Callable[[int], int] | None = field(default=None, repr=False, compare=False)
     """Gives the line on which a row stands, the first row being 0; none where the file has no lines."""
@@ -92,7 +92,12 @@ class Match:
     confidence: float
     why: str
     known_as: str | None = None
-    """What a file is that the reader knows and that holds nothing to read: "a calibration file"."""
+    """Description of a known file without data to read, such as "a calibration file"."""
+
+
+def refused(source: SourceFile, error: ReaderError) -> Match:
+    """Report that a file is not of a format, for the reason why it cannot be read."""
+    return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
 
 
 @runtime_checkable
@@ -100,7 +105,7 @@ class Reader(Protocol):
     """A file format."""
 
     name: str
-    """As the manifest's key ``reader`` names it."""
+    """Name for the key ``reader`` of the manifest."""
     title: str
     """One line for people."""
     holds: Holds
@@ -120,13 +125,13 @@ _CONFIDENT = 0.5
 _PLAIN = "delimited"
 """Reader that takes what is a table at all, so that it knows best what is missing in a file."""
 _KNOWN = (
-    "; expected one of the formats listed by `tribopipe formats list`; name it as reader, describe it in a reader "
+    "; expected a format listed by `tribopipe formats list`; specify it as reader, describe it in a reader "
     "profile, or export the file as a plain table"
 )
 _HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
 _MEND: dict[Holds, str] = {
-    "signals": "name it under [[signals]] in run.toml",
-    "profile": "name it as a profile under [end_values] in run.toml",
+    "signals": "specify it under [[signals]] in run.toml",
+    "profile": "specify it as a profile under [end_values] in run.toml",
 }
 
 
@@ -141,7 +146,7 @@ def reader_named(name: str) -> Reader:
     found = dict(known).get(name)
     if found is None:
         raise ReaderError(
-            f"found the unknown reader {name!r}; expected the name of an installed one; "
+            f"found the unknown reader {name!r}; expected the name of an installed reader; "
             f"{did_you_mean(name, dict(known))}"
         )
     return found
@@ -175,8 +180,8 @@ def detect(source: SourceFile, holds: Holds | None = None) -> Reader:
     best = next(iter(found), None)
     if holds and best and best.reader.holds != holds and is_sure(best.match) and not any(is_sure(m) for _, m in right):
         raise ReaderError(
-            f"{source.name}: found a file of {best.reader.title}, which holds {_HOLD[best.reader.holds]}; expected one "
-            f"with {_HOLD[holds]}; {_MEND[best.reader.holds]}"
+            f"{source.name}: found a file of {best.reader.title}, which contains {_HOLD[best.reader.holds]}; "
+            f"expected a file with {_HOLD[holds]}; {_MEND[best.reader.holds]}"
         )
     return chosen(source, right)[0].reader
 
@@ -195,12 +200,12 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
     if not sure:
         why = next((match.why for reader, match in found if reader.name == _PLAIN), "no reader recognizes it")
         remedy = "" if "; " in why else _KNOWN
-        raise ReaderError(f"{source.name}: found no known format, and as a plain table: {why}{remedy}")
+        raise ReaderError(f"{source.name}: found no known format; read as a plain table: {why}{remedy}")
     best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
     if len(best) > 1:
         raise ReaderError(
             f"{source.name}: found a file that {' and '.join(best)} both recognize with equal confidence; expected one "
-            f'format; name it, as reader = "{best[0]}" in run.toml or with --reader {best[0]}'
+            f'format; specify reader = "{best[0]}" in run.toml, or --reader {best[0]}'
         )
     return sure
 

@@ -25,7 +25,7 @@ _NAMES = (
     *("step", "thisstep", "currentstep", "stepno", "stepnumber", "stepid", "schritt", "schrittnr", "etape", "krok"),
     *("paso", "passo", "sequenceid", "sequence", "stage", "recipestep", "segment"),
 )
-"""As ``_plain`` writes names, those that count what was recorded before those of the recipe."""
+"""Names of step columns in the form of ``_plain``: recorded steps before steps of the recipe."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _MOST_STEPS = 1000
 """A column of more different numbers counts rows or cycles."""
@@ -76,7 +76,7 @@ def _name_among(names: Collection[str], wanted: str, file: str) -> str:
     found = [name for name in names if wanted in (name, bare_name(name))]
     if not found:
         raise ReaderError(
-            f"{file}: found no column {wanted!r} that numbers the steps; expected one in the header; "
+            f"{file}: found no column {wanted!r} with step numbers; expected this column in the header; "
             f"{did_you_mean(wanted, list(names))}"
         )
     return found[0]
@@ -91,9 +91,10 @@ def _numbers(columns: Mapping[str, NDArray[Any]], name: str, file: str, line_of:
         whole = np.array([re.fullmatch(r"[+-]?\d+(?:[.,]0*)?", str(value)) is not None for value in values], dtype=bool)
     if not np.all(whole):
         row = int(np.flatnonzero(~whole)[0])
+        found = repr(str(values[row])) if str(values[row]) else "an empty field"
         raise ReaderError(
-            f"{file}, {_place(row, line_of)}, column {name!r}: found {str(values[row]) or 'nothing'!r}; expected the "
-            "number of a step; correct that line, or name another column"
+            f"{file}, {_place(row, line_of)}, column {name!r}: found {found}; expected a step number; "
+            "correct that line, or specify another column"
         )
     return np.asarray(values, dtype=float)
 
@@ -109,11 +110,11 @@ class _Row:
     number: float
     axes: Mapping[SignalName, float]
     starts: Mapping[SignalName, float]
-    """What each axis is counted from there."""
+    """Origin of each axis from there on."""
 
 
 class _Change(NamedTuple):
-    """Where one step ends and time goes on: the place, the numbers of both steps, the times."""
+    """End of a step after which time continues: place, numbers of both steps, and times."""
 
     place: str
     numbers: tuple[float, float]
@@ -172,8 +173,8 @@ class Steps:
         if missing:
             listed = ", ".join(map(str, sorted(self.seen)))
             raise ReaderError(
-                f"{self.file}: found the steps {listed}; expected step {missing[0]}, which run.toml chooses; correct "
-                "signals.steps"
+                f"{self.file}: found the steps {listed}; expected step {missing[0]}, which is selected in "
+                "run.toml; correct signals.steps"
             )
 
     def _column(self, values: Mapping[str, NDArray[Any]]) -> str | None:
@@ -185,8 +186,8 @@ class Steps:
             known = next((one for one in values if _plain(one) in _NAMES and values[one].dtype.kind == "f"), None)
             if known is None:
                 raise ReaderError(
-                    f"{self.file}: found no column that numbers the steps; expected one, since run.toml chooses steps; "
-                    'name it: step_column = "Step", or remove steps'
+                    f"{self.file}: found no column with step numbers; expected one, since run.toml selects steps; "
+                    'specify step_column = "Step", or remove steps'
                 )
             return known
         return name

@@ -40,9 +40,9 @@ def several_tests(file: str, names: Sequence[str]) -> ReaderError:
     """Return the error of a workbook whose sheets each hold a table like a test."""
     listed = " and ".join([", ".join(map(repr, names[:-1])), repr(names[-1])])
     return ReaderError(
-        f"{file}: found a table like that of a test in each of the sheets {listed}; expected one test; choose one with "
-        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make a run of each with "
-        "`tribopipe new --each-sheet`"
+        f"{file}: found a test table in each of the sheets {listed}; expected one test; choose one with "
+        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make one run per sheet "
+        "with `tribopipe new --each-sheet`"
     )
 
 
@@ -97,14 +97,15 @@ def _listed(table: ReadTable) -> str:
 
 def _joined(tables: Sequence[ReadTable]) -> tuple[ReadColumn, ...]:
     lengths = [len(table.columns[0].values) for table in tables]
-    columns = tuple(_one_after_the_other(same) for same in zip(*(table.columns for table in tables), strict=True))
+    columns = tuple(column_below(same) for same in zip(*(table.columns for table in tables), strict=True))
     if any(column.name == SEGMENT for column in columns):
         return columns
     numbers = np.repeat(np.arange(1.0, len(tables) + 1), lengths)
     return (*columns, ReadColumn(SEGMENT, numbers, "1"))
 
 
-def _one_after_the_other(columns: Sequence[ReadColumn]) -> ReadColumn:
+def column_below(columns: Sequence[ReadColumn]) -> ReadColumn:
+    """Put the parts of a column one below the other."""
     first = columns[0]
     bad = next((column.first_bad for column in columns if column.first_bad), None)
     values = below_each_other([column.values for column in columns], texts=bad is not None)

@@ -55,7 +55,7 @@ _UNITS_IN_NAMES = (
 )
 _LONGEST_NAME = 1000
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
-"""As Chinese and Japanese programs write them."""
+"""Full-width brackets, as Chinese and Japanese programs write them."""
 _UNIT_ROW_LABELS = ("unit", "units", "einheit", "einheiten", "単位", "单位")
 
 
@@ -114,7 +114,7 @@ _NAME_AMONG_BLANKS = re.compile(r"\S+(?:[ \t]*(?:\[[^\[\]]*\]|\([^()]*\))|[ \t]+
 
 @dataclass(frozen=True)
 class Table:
-    """What one separator makes of the sample."""
+    """Table that results from splitting the sample at one separator."""
 
     separator: str
     signs: str
@@ -217,7 +217,7 @@ def _wanted(text: Text, hints: Hints, *, quoted: bool) -> tuple[str, ...]:
     if len(separator) != 1 or not separator.isascii() or separator.isalnum() or separator in '"+-.\r\n\0':
         raise ReaderError(
             f"{text.name}: found the separator {separator!r} in run.toml; expected one character such as "
-            '";" or "\\t", or " " for runs of blanks; correct it'
+            '";" or "\\t", or " " for whitespace; correct the separator'
         )
     if separator == hints.decimal and not quoted:
         raise ReaderError(
@@ -350,18 +350,18 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -
         found = line if len(line) <= 40 else f"{line[:39]}…"
         below = "below" if len(lines) < SAMPLE_LINES else f"in the first {SAMPLE_LINES} lines"
         return (
-            f"{where}: found {found!r} and no row of numbers {below}; expected a row of names and rows of numbers; "
+            f"{where}: found {found!r} and no data row {below}; expected a header row and data rows; "
             "export the file again with its data"
         )
     if any(table.width > 1 for table in tables):
         table = max(tables, key=lambda table: (table.width > 1, table.coverage))
         where = f"{text.name}, line {table.rows[table.body].line}"
         return (
-            f"{where}: found numbers without a row of names above; expected one such as 'Time [s]', 'Depth [um]' "
-            "with the same separators; add it"
+            f"{where}: found data without a header row above; expected column names such as 'Time [s]', 'Depth [um]' "
+            "with the same separators; add a header row"
         )
     under = f"with the separator {hints.separator!r}" if hints.separator else "with any known separator"
     return (
-        f"{where}: found a single column {under}; expected at least two, one of them time or sliding distance; "
-        "name the file's separator and decimal in run.toml"
+        f"{where}: found a single column {under}; expected at least two columns, one of them time or sliding distance; "
+        "specify separator and decimal in run.toml"
     )

@@ -1,4 +1,4 @@
-"""From a file's bytes to lines and rows of fields, whatever its encoding, line ends and separator."""
+"""Decoding of text files, and splitting into lines and rows of fields, for any encoding, line end and separator."""
 
 import codecs
 import csv
@@ -12,14 +12,14 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.results.run import SourceFile
 
 BLANKS = " "
-"""As a separator: runs of blanks and tabs."""
+"""Separator that stands for any run of spaces and tabs."""
 MOST_COLUMNS = 1000
 SAMPLE_BYTES = 1 << 19
 SAMPLE_LINES = 300
 LONGEST_LINE = 1 << 17
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
 _NO_CHARSETS = ("unicode-escape", "raw-unicode-escape", "idna", "punycode")
-"""Of Python, for texts in ASCII; they warn, or take a time that grows with the square of a text."""
+"""Python codecs for text in ASCII that emit warnings or take quadratic time."""
 LINE_END = re.compile(rb"\r\n?|\n")
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
@@ -32,11 +32,11 @@ class Text:
     """Name of the file."""
     content: bytes
     start: int = 0
-    """Where the text starts, behind a byte order mark."""
+    """Offset of the first byte of text, after a byte order mark."""
     partial: bool = False
     """Whether this is only the beginning of the file."""
     notes: tuple[str, ...] = ()
-    """What a person should know about the encoding."""
+    """Notes to the user about the encoding."""
 
     @property
     def unterminated(self) -> bool:
@@ -52,7 +52,7 @@ def decode(source: SourceFile, encoding: str | None = None, *, partial: bool = F
     """
     if not source.content:
         raise ReaderError(
-            f"{source.name}: found an empty file; expected a row of names and rows of numbers; "
+            f"{source.name}: found an empty file; expected a header row and data rows; "
             "copy it again from the instrument"
         )
     encoding = encoding or _utf16(source.content)
@@ -96,7 +96,7 @@ def _western(source: SourceFile, partial: bool) -> Text:
 
 def western_note(encoding: str) -> str:
     """Report that a file was taken to be in an encoding of western Europe."""
-    return f"read as {encoding}, since it is not UTF-8; specify the encoding in run.toml if letters are wrong"
+    return f"read as {encoding}, since it is not UTF-8; specify the encoding in run.toml if characters are wrong"
 
 
 def _as_named(source: SourceFile, encoding: str, partial: bool) -> Text:
@@ -106,7 +106,7 @@ def _as_named(source: SourceFile, encoding: str, partial: bool) -> Text:
         "".encode(encoding)
     except (LookupError, ValueError):
         raise ReaderError(
-            f"{source.name}: found the unknown encoding {encoding!r} in run.toml; expected one such as "
+            f"{source.name}: found the unknown encoding {encoding!r} in run.toml; expected an encoding such as "
             "'utf-8', 'cp1252' or 'shift_jis'; correct it"
         ) from None
     try:
@@ -123,7 +123,7 @@ def _strictly(content: bytes, encoding: str, partial: bool) -> str:
 def _undecodable(name: str, encoding: str, error: UnicodeError) -> ReaderError:
     where = f"byte {error.start}" if isinstance(error, UnicodeDecodeError) else "a character"
     return ReaderError(
-        f"{name}: found {where}, which is not {encoding}; expected the whole file in that encoding; copy "
+        f"{name}: found {where}, which is not {encoding}; expected the entire file in that encoding; copy "
         "it again from the instrument, or specify its encoding in run.toml"
     )
 
@@ -158,12 +158,13 @@ def sample_lines(text: Text) -> list[str]:
     for number, line in enumerate([*lines, rest], 1):
         if len(line) > LONGEST_LINE:
             raise ReaderError(
-                f"{text.name}, line {number}: found more than {LONGEST_LINE} characters in one line; expected a table "
-                f"of at most {MOST_COLUMNS} columns; check that this file is a table and has kept its line ends"
+                f"{text.name}, line {number}: found more than {LONGEST_LINE:,} characters in one line; expected a "
+                f"table of at most {MOST_COLUMNS} columns; check that this file is a table and has kept its line "
+                "ends"
             )
     if not rest and len(lines) < SAMPLE_LINES and all(map(str.isspace, lines)):
         raise ReaderError(
-            f"{text.name}: found nothing but blanks; expected a row of names and rows of numbers; copy the "
+            f"{text.name}: found only whitespace; expected a header row and data rows; copy the "
             "file again from the instrument"
         )
     return lines

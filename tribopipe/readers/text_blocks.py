@@ -10,19 +10,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import accumulate, groupby, pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.fields import is_mostly_numbers, together
+from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.layout import Decimal, Layout
 from tribopipe.readers.reader import ReadColumn, ReadTable
-from tribopipe.readers.table_parts import SEGMENT, below_each_other
+from tribopipe.readers.table_parts import SEGMENT, column_below
 from tribopipe.readers.tables import PLACEHOLDER, is_number
 from tribopipe.readers.text import LINE_END, LONGEST_LINE, Text, sampled_rows
 
@@ -95,8 +94,8 @@ def _rows_between(text: Text, start: int, end: int) -> tuple[int, int] | None:
     first = blank.end() if blank else start
     if filled - first > LONGEST_LINE and not LINE_END.search(content, first, first + LONGEST_LINE):
         raise ReaderError(
-            f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE} characters in one line; "
-            "expected a row of numbers; check that the file has kept its line ends"
+            f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE:,} characters in one line; "
+            "expected a data row; check that the file has kept its line ends"
         )
     last = LINE_END.search(content, filled, end)
     return first, last.end() if last else end
@@ -127,6 +126,18 @@ def _split(rows: bytes, separator: str) -> list[list[str]]:
     return [row.cells for row in sampled_rows([f"{line}\n" for line in lines if line.strip(" ")], separator)]
 
 
+def row_width(names: int, rows: Sequence[Sequence[str]]) -> int:
+    """Return the number of fields of the longest sampled row, where those beyond the names are empty."""
+    return max(names, *(len(row) for row in rows if not any(row[names:])), 0)
+
+
+def row_layout(text: Text, block: Block, names: Sequence[str], separator: str, decimal: Decimal | None) -> Layout:
+    """Lay out the rows of a block below known column names; the decimal sign is found if not given."""
+    rows = sample_rows(text, block, separator)
+    sign = decimal or decimal_sign(rows, separator)
+    return Layout(separator, sign, tuple(names), 1, "", row_width(len(names), rows), len(names))
+
+
 def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
     """Report the decimal sign of sampled rows: a comma where numbers have one, and none has a point."""
     cells = [cell for row in rows for cell in row]
@@ -152,8 +163,8 @@ def _refuse_torn_row(text: Text, end: int, line: str, layout: Layout) -> None:
     fields = next(iter(_split(line.encode(), layout.separator)), None)
     if fields is None:
         raise ReaderError(
-            f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE} "
-            "characters; expected a row of numbers or the next step; correct or delete that line"
+            f"{text.name}, line {_filled_line_at(text, end)}: found a field of more than {LONGEST_LINE:,} "
+            "characters; expected a data row or the next step; correct or delete that line"
         )
     first, *others = fields
     numbers = [cell for cell in others if cell]
@@ -179,7 +190,7 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     whole, notes = _without_cut_row(text, segments)
     if not whole:
         raise ReaderError(
-            f"{text.name}: found no whole row of numbers; expected at least one; the file ends early: copy it again "
+            f"{text.name}: found no complete data row; expected at least one; the file is incomplete: copy it again "
             "from the instrument"
         )
     groups = [list(group) for _, group in groupby(whole, key=lambda segment: segment.layout)]
@@ -188,8 +199,8 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     columns = _joined(text, tables)
     if sum(counts) != len(columns[0].values):
         raise ReaderError(
-            f"{text.name}: found {len(columns[0].values)} rows in {sum(counts)} lines of numbers; expected one line "
-            "per row; remove quotation marks"
+            f"{text.name}: found {len(columns[0].values):,} rows in {sum(counts):,} data lines; expected one line per "
+            "row; remove quotation marks"
         )
     notes += [note for table in tables for note in table.notes if note not in notes]
     notes += _broken_claims(segments, counts) + _repeated(columns, counts)
@@ -267,15 +278,15 @@ def _one_column(text: Text, name: str, named: Sequence[Mapping[str, ReadColumn]]
     if len(units) > 1:
         raise ReaderError(
             f"{text.name}, column {name!r}: found the units {', '.join(sorted(map(str, units)))} in different "
-            "segments; expected one; split the file"
+            "segments; expected one unit; split the file"
         )
-    values: list[NDArray[Any]] = [
-        each[name].values if name in each else np.full(length, np.nan)
-        for each, length in zip(named, lengths, strict=True)
-    ]
-    bad = next((column.first_bad for column in found if column.first_bad), None)
-    whole = below_each_other(values, texts=bad is not None)
-    return replace(found[0], values=whole, first_bad=bad, placeholders=together(found))
+    missing = replace(found[0], first_bad=None, placeholders=None)
+    return column_below(
+        [
+            each.get(name) or replace(missing, values=np.full(length, np.nan))
+            for each, length in zip(named, lengths, strict=True)
+        ]
+    )
 
 
 def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[str]:
@@ -298,7 +309,7 @@ def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]
         if start - first == end - start > 1
         and all(np.array_equal(values[first:start], values[start:end], equal_nan=True) for values in numeric)
     ]
-    return [f"segments that repeat the one before, number for number: {listed(repeated)}"] if repeated else []
+    return [f"segments identical to the one before: {listed(repeated)}"] if repeated else []
 
 
 def listed(items: Sequence[str]) -> str:

@@ -21,9 +21,9 @@ from tribopipe.documents.reader_profile import Calibration, DescribedColumn, Fac
 from tribopipe.documents.record import load_toml
 from tribopipe.readers.column_mapping import find_column, read_source
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, without_cut_row
 from tribopipe.readers.layout import Decimal, Layout, find_layout
-from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.readers.subprocess_readers.first_hit import first_hit
 from tribopipe.readers.tables import is_number
@@ -47,20 +47,15 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
         found = json.loads(answer_of("first_hit.py", asked, remedy=""))
     except ReaderError:
         raise ReaderError(
-            f"{file}: found no end to the search for {pattern!r}; expected a pattern that matches or fails "
-            "immediately; write a simpler one, without nested repetition"
+            f"{file}: found a search for {pattern!r} that does not end; expected a pattern that matches or fails "
+            "immediately; simplify the pattern, without nested repetition"
         ) from None
     return None if found is None else (found[0], found[1])
 
 
-def load_reader_profile(path: Path) -> ReaderProfile:
-    """Read the description of a reader; ``ManifestError`` with file and key where it is none."""
-    return load_toml(path, ReaderProfile)
-
-
-def described_reader(profile: ReaderProfile) -> "DescribedReader":
-    """Make the reader that a profile describes."""
-    return DescribedReader(profile)
+def described_reader(path: Path) -> "DescribedReader":
+    """Make the reader that a file describes. Raises ``ManifestError`` with file and key if it is invalid."""
+    return DescribedReader(load_toml(path, ReaderProfile))
 
 
 def reader_in(folder: Path, named: str, sources: list[SourceFile], key: str) -> "DescribedReader":
@@ -70,7 +65,7 @@ def reader_in(folder: Path, named: str, sources: list[SourceFile], key: str) -> 
     """
     if all(source.name != named for source in sources):
         sources.append(read_source(folder, named, key, "description of a reader"))
-    return described_reader(load_reader_profile(folder / named))
+    return described_reader(folder / named)
 
 
 class DescribedReader:
@@ -156,7 +151,7 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
         return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
-        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or name another reader"
+        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or specify another reader"
     )
 
 
@@ -191,7 +186,7 @@ def _told_columns(profile: ReaderProfile, table: ReadTable, file: str) -> dict[s
 
 
 class _Made(NamedTuple):
-    """What becomes of a column of the file."""
+    """Transformation of one column of the file."""
 
     columns: tuple[ReadColumn, ...]
     notes: tuple[str, ...] = ()
@@ -225,8 +220,7 @@ def _scaled(column: ReadColumn, told: DescribedColumn, file: str) -> ReadColumn:
     if column.first_bad is not None:
         line, found = column.first_bad
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number to scale; correct that "
-            "line"
+            f"{file}, line {line}, column {column.name!r}: found {found!r}; expected a number; correct that line"
         )
     with np.errstate(over="ignore"):
         values = column.values * told.scale + told.offset
@@ -238,7 +232,7 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
             f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
-            f"calibration {name!r} requires; scale the column, or give its unit in the profile"
+            f"calibration {name!r} requires; scale the column, or specify its unit in the profile"
         )
     values = np.asarray(column.values, dtype=np.float64)
     lowest, highest = _range(calibration)
@@ -249,7 +243,8 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(
             f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where}, and {count} "
-            'such readings in total; expected none; extend the calibration, or write outside = "missing" in the profile'
+            "such readings in total; expected only readings within the calibration; extend the calibration, "
+            'or write outside = "missing" in the profile'
         )
     note = f"{column.name!r} is in {calibration.unit} with the calibration {name!r}"
     note += f"; {count} readings {where} are missing" if count else ""

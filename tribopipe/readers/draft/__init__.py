@@ -1,1 +1,1 @@
-"""From the files of an instrument to a run folder: run.toml is filled with all that they and the lab show."""
+"""Run folders from instrument files; run.toml is filled from the files and from the lab's own entries."""

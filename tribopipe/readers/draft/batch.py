@@ -63,7 +63,7 @@ def make_each(
     """
     if wanted.id is not None:
         raise ManifestError(
-            f"--id {wanted.id}: found one id for several runs; expected none, since each run is named after its file; "
+            f"--id {wanted.id}: found one id for several runs; expected no id, since each run is named after its file; "
             "remove --id"
         )
     measured = None if ends is None else read_ends(ends)
@@ -73,7 +73,10 @@ def make_each(
     plans, left_out = _plans_of_files(files, wanted, measured)
     if not plans:
         why = f" ({left_out[0].file}: {left_out[0].why})" if left_out else ""
-        raise ReaderError(f"{wanted.files[0]}: found no export to make a run of{why}; expected one; name its files")
+        raise ReaderError(
+            f"{wanted.files[0]}: found no export from which a run can be made{why}; expected at least one export; "
+            "specify its files"
+        )
     _name_aborted(plans)
     if measured is not None:
         for name in measured.unused:
@@ -114,7 +117,7 @@ def _plans_of_files(
             if plan.target.exists():
                 why = f"{plan.target} already exists"
             elif any(plan.target == other.target for other in plans):
-                why = f"another file already makes the run {plan.draft.id}; specify a different id with --id"
+                why = f"another file is already used for the run {plan.draft.id}; specify a different id with --id"
             else:
                 plans.append(plan)
         if why:
@@ -129,7 +132,7 @@ def _no_export(path: Path, taken: dict[str, str]) -> str:
     source = open_export(path)
     before = taken.setdefault(source.sha256, path.name)
     if before != path.name:
-        return f"a duplicate of {before}, byte for byte"
+        return f"an exact duplicate of {before}"
     found = [one for one in candidates(source) if is_sure(one.match)]
     if not found:
         return "no reader knows its format"
@@ -165,7 +168,7 @@ def _with_notes(run: NewRun, measured: EndsTable | None) -> NewRun:
     names = [name for group in run.groups for file in group.names for name in _names(Path(file))]
     if measured is None or measured.row_of(*names) is not None:
         return run
-    return replace(run, notes=(*run.notes, f"{measured.name} has no row for it"))
+    return replace(run, notes=(*run.notes, f"{measured.name} has no row for this run"))
 
 
 _SIGNALS_FILE = "signals.csv"
@@ -182,7 +185,8 @@ def make_of_rows(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> li
     """
     if len(wanted.files) != 1:
         raise ReaderError(
-            f"--each-row: found {len(wanted.files)} files; expected one table, .csv or .xlsx; name one at a time"
+            f"--each-row: found {len(wanted.files)} files; expected one table, .csv or .xlsx; specify one table "
+            "at a time"
         )
     table = read_ends(wanted.files[0])
     for name in table.unused:
@@ -223,8 +227,8 @@ def _start_and_end(known: Known, where: str) -> str:
     if distance is None or speed is None:
         missing = "sliding_distance" if distance is None else "sliding_speed (or rotational_speed and track_radius)"
         raise ManifestError(
-            f"{where}: found no {missing}; expected distance and speed of each test; add a column or fill in "
-            "the field, or state it in the template if all tests have the same"
+            f"{where}: found no {missing}; expected the distance and the speed of each test; add a column, fill "
+            "in the field, or, if the value is the same for all tests, enter it in the template"
         )
     _refuse_two_speeds(conditions, where)
     return f"time [s],sliding distance [m]\n0,0\n{distance.value / speed.value:.12g},{distance.value:.12g}\n"
@@ -236,7 +240,7 @@ def _refuse_two_speeds(conditions: Conditions, where: str) -> None:
         motion = "rotational_speed and track_radius" if conditions.track_radius else "stroke and frequency"
         raise ManifestError(
             f"{where}: found a sliding_speed of {stated.shown('mm/s')}, but {other.shown('mm/s')} from {motion}; "
-            "expected the same; correct one"
+            "expected the two speeds to agree; correct one of them"
         )
 
 
@@ -248,6 +252,6 @@ def _refuse_two_sizes(row: EndsRow, where: str) -> None:
         diameter, radius = (read_quantity(size.value, "length") for size in sizes)
         if abs(diameter.value / 2 - radius.value) > _ALIKE * radius.value:
             raise ManifestError(
-                f"{where}: found a ball of {diameter.shown('mm')} in diameter with a radius of {radius.shown('mm')}; "
-                "expected half the diameter; correct one, or delete its column"
+                f"{where}: found a ball {diameter.shown('mm')} in diameter with a radius of {radius.shown('mm')}; "
+                "expected half the diameter; correct one of them, or delete its column"
             )

@@ -1,4 +1,4 @@
-"""What only the lab knows of a run: each key of run.toml with an example and in words, and the questions for it."""
+"""Keys of run.toml that only the lab can fill in, with an example, a description and a question for each."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -13,7 +13,7 @@ class Blank(NamedTuple):
     """A key that may be left open."""
 
     example: str
-    """As run.toml would hold it."""
+    """Example as written in run.toml."""
     words: str
 
     @property
@@ -23,12 +23,12 @@ class Blank(NamedTuple):
 
 
 _SPECIMEN = {
-    "material": Blank('"Si3N4"', "material as the lab calls it"),
+    "material": Blank('"Si3N4"', "name of the material"),
     "youngs_modulus": Blank('"304 GPa"', "Young's modulus E"),
-    "poisson_ratio": Blank("0.24", "Poisson ratio, a bare number"),
-    "density": Blank('"3.21 g/cm^3"', "density, for post-test measurements given as a mass"),
+    "poisson_ratio": Blank("0.24", "Poisson's ratio, without unit"),
+    "density": Blank('"3.21 g/cm^3"', "density, required to convert a mass loss"),
     "surface_roughness": Blank('"0.07 um"', "roughness Ra before the test"),
-    "vickers_hardness": Blank("1600.0", "Vickers hardness HV, a bare number"),
+    "vickers_hardness": Blank("1600.0", "Vickers hardness HV, without unit"),
 }
 _PIN_BLANKS = {
     "shape": Blank('"spherical"', 'shape of the pin: "spherical", "flat" or "truncated-sphere"'),
@@ -36,56 +36,60 @@ _PIN_BLANKS = {
     "flat_radius": Blank('"0.2 mm"', "radius of the flat on a truncated sphere before the test"),
 }
 _CURVED = {
-    "rolling_radius": Blank('"20 mm"', "radius along the direction of rolling"),
-    "crown_radius": Blank('"20 mm"', "radius of the surface across the direction of rolling"),
+    "rolling_radius": Blank('"20 mm"', "radius in the rolling direction"),
+    "crown_radius": Blank('"20 mm"', "crown radius, transverse to the rolling direction"),
 }
-_FLAT = {"rolling_radius": Blank('"20 mm"', "radius along the direction of rolling")}
+_FLAT = {"rolling_radius": Blank('"20 mm"', "radius in the rolling direction")}
 _BODIES = {
     "pin": _PIN_BLANKS | _SPECIMEN,
     "disc": _SPECIMEN,
     "curved_disc": _CURVED | _SPECIMEN,
     "flat_disc": _FLAT | _SPECIMEN,
 }
-_DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "depth worn")
-_WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the track")
-_VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "volume worn")
+_DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "wear depth")
+_WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the wear track")
+_VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "wear volume")
 _MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass loss; requires the density")
-_PROFILE = Blank('{ file = "profile.txt" }', "profile in a file next to this one, or several: [{ … }, { … }]")
+_PROFILE = Blank('{ file = "profile.txt" }', "file with a profile, in this folder, or several: [{ … }, { … }]")
 
 BLANKS: dict[str, Blank] = {
     "started": Blank("2006-03-01T09:30:00+01:00", "start of the test"),
-    "title": Blank('"Si3N4 on Si3N4 in air"', "one line about the run"),
-    "operator": Blank('"A. Tester"', "who ran the test"),
+    "title": Blank('"Si3N4 on Si3N4 in air"', "title of the run, in one line"),
+    "operator": Blank('"A. Tester"', "operator"),
     "instrument": Blank('"pin-on-disc tribometer no. 2"', "name of the tribometer"),
-    "comment": Blank('"…"', "anything else worth keeping"),
+    "comment": Blank('"…"', "further remarks"),
     "contact.kind": Blank('"pin-on-disc"', 'or "twin-disc"'),
     **{f"contact.{body}.{name}": blank for body, blanks in _BODIES.items() for name, blank in blanks.items()},
     "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
-    "conditions.track_radius": Blank('"6 mm"', "radius of the circle that the pin slides on"),
-    "conditions.rotational_speed": Blank('"328 rpm"', "of the disc; with track_radius instead of sliding_speed"),
-    "conditions.stroke": Blank('"10 mm"', "length of one stroke of a pin that slides back and forth"),
-    "conditions.frequency": Blank('"5 Hz"', "cycles back and forth per second; with stroke instead of sliding_speed"),
+    "conditions.track_radius": Blank('"6 mm"', "radius of the wear track"),
+    "conditions.rotational_speed": Blank(
+        '"328 rpm"', "rotational speed of the disc; with track_radius, instead of sliding_speed"
+    ),
+    "conditions.stroke": Blank('"10 mm"', "stroke length of a reciprocating test"),
+    "conditions.frequency": Blank(
+        '"5 Hz"', "frequency in full cycles per second; with stroke, instead of sliding_speed"
+    ),
     "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
-    "conditions.curved_disc_speed": Blank('"800 mm/s"', "tangential speed of the crowned disc"),
-    "conditions.flat_disc_speed": Blank('"832 mm/s"', "tangential speed of the cylindrical disc; or give slip"),
-    "conditions.slip": Blank('"4 %"', "(v2 - v1)/v1 of the cylindrical disc against the crowned one"),
-    "conditions.rotations": Blank("1e6", "planned rotations of the crowned disc"),
+    "conditions.curved_disc_speed": Blank('"800 mm/s"', "surface speed of the crowned disc"),
+    "conditions.flat_disc_speed": Blank('"832 mm/s"', "surface speed of the cylindrical disc; or specify slip"),
+    "conditions.slip": Blank('"4 %"', "slip ratio (v2 - v1)/v1: crowned disc 1, cylindrical disc 2"),
+    "conditions.rotations": Blank("1e6", "planned number of rotations of the crowned disc"),
     "conditions.medium": Blank('"air"', "environment or lubricant of the contact"),
     "conditions.temperature": Blank('"23 degC"', "room temperature"),
-    "conditions.relative_humidity": Blank('"45 %"', "relative humidity of the air"),
+    "conditions.relative_humidity": Blank('"45 %"', "relative humidity"),
     "end_values.pin_scar_diameter": Blank(_WIDTH.example, "diameter of the flat scar on the pin"),
     "end_values.pin_scar_length": Blank(
-        _WIDTH.example, "if the disc wore: length of the scar along the sliding direction"
+        _WIDTH.example, "length of the scar in the sliding direction, if the disc has worn"
     ),
     "end_values.pin_scar_width": Blank(
-        _WIDTH.example, "if the disc wore: width of the scar across the sliding direction"
+        _WIDTH.example, "width of the scar transverse to the sliding direction, if the disc has worn"
     ),
-    "end_values.pin_wear_depth": Blank(_DEPTH.example, "wear height of the pin"),
+    "end_values.pin_wear_depth": Blank(_DEPTH.example, "wear depth of the pin"),
     "end_values.pin_wear_volume": _VOLUME,
     "end_values.pin_mass_loss": _MASS,
     "end_values.pin_profile": _PROFILE,
-    "end_values.disc_wear_depth": Blank(_DEPTH.example, "greatest depth of the track"),
+    "end_values.disc_wear_depth": Blank(_DEPTH.example, "maximum depth of the wear track"),
     "end_values.disc_track_width": _WIDTH,
     "end_values.disc_wear_volume": _VOLUME,
     "end_values.disc_mass_loss": _MASS,
@@ -101,10 +105,10 @@ BLANKS: dict[str, Blank] = {
         )
     },
     "sensors.depth_scale": Blank(
-        "{ value = 1, standard_uncertainty = 0.005 }", "true displacement divided by the reading"
+        "{ value = 1, standard_uncertainty = 0.005 }", "true displacement divided by the indicated displacement"
     ),
 }
-"""By key of run.toml."""
+"""Descriptions and examples by key of run.toml."""
 
 
 @cache
@@ -134,7 +138,7 @@ _OF_THE_RUN = (LOAD, "conditions.sliding_speed")
 _OF_A_PIN = ("shape", "radius", "flat_radius")
 _OF_EACH = ("material", "youngs_modulus", "poisson_ratio")
 _MORE_WORDS = {
-    LOAD: "; needed",
+    LOAD: "; required",
     f"{_PIN}.radius": '; or "D = 6 mm" for a diameter',
     _SHAPE: "; without a description of the bodies, only friction is evaluated",
 }
@@ -183,6 +187,6 @@ def _of_the_bodies(kind: str) -> Iterator[str]:
 def _question(known: Known, key: str) -> str:
     blank = blanks_of(known.kind)[key]
     doubts = [f"{doubt.value}: {doubt.why}" for doubt in known.doubts.get(key, [])]
-    yes = ["y accepts it"] if known.offered(key) else []
-    told = "; ".join([*(doubts or [f"such as {blank.value}"]), *yes, "Enter leaves it open"])
+    yes = ["enter y to accept"] if known.offered(key) else []
+    told = "; ".join([*(doubts or [f"such as {blank.value}"]), *yes, "press Enter to skip"])
     return f"{key}, {blank.words}{_MORE_WORDS.get(key, '')} ({told})"

@@ -51,13 +51,13 @@ _SEPARATORS = "\t;|,"
 
 
 class EndsRow(NamedTuple):
-    """What a table states about one run."""
+    """Row of a table for one run."""
 
     run: str
     """Its id, or the name of its file."""
     line: int
     values: Mapping[str, Given]
-    """By key of run.toml, each with its source."""
+    """Values by key of run.toml, each with its source."""
     other: Mapping[str, str]
     """Fields of columns that are no key of run.toml, by the names of these columns."""
     is_ball: bool
@@ -65,7 +65,7 @@ class EndsRow(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """What one column holds: a key of run.toml, or the standard uncertainty of one."""
+    """Content of one column: a key of run.toml, or its standard uncertainty."""
 
     place: int
     name: str
@@ -94,8 +94,8 @@ class EndsTable(NamedTuple):
         for row in self.rows:
             if row.run.casefold() not in known:
                 raise ManifestError(
-                    f"{self.name}, line {row.line}: found the run {row.run!r}, for which there is no file; expected "
-                    f"one of the named files; {did_you_mean(row.run, list(names))}"
+                    f"{self.name}, line {row.line}: found the run {row.run!r} without a file; expected a run "
+                    f"among the specified files; {did_you_mean(row.run, list(names))}"
                 )
 
 
@@ -112,14 +112,14 @@ def read_ends(path: Path) -> EndsTable:
         run = row.cells[0].strip() if row.cells else ""
         if not run:
             raise ManifestError(
-                f"{path.name}, line {row.line}: found a row without a run; expected its id or the name of its file; "
-                "write it, or delete the row"
+                f"{path.name}, line {row.line}: found a row without a run; expected the run id or the file name; "
+                "enter it, or delete the row"
             )
         before = found.get(run.casefold())
         if before is not None:
             raise ManifestError(
-                f"{path.name}, line {row.line}: found the run {run!r} a second time, after line {before.line}; "
-                "expected each once; delete one of the rows"
+                f"{path.name}, line {row.line}: found the run {run!r} twice, first in line {before.line}; "
+                "expected one row per run; delete one of the rows"
             )
         found[run.casefold()] = _row(path.name, run, row, columns, unused)
     return EndsTable(path.name, tuple(found.values()), tuple(unused.values()))
@@ -145,7 +145,7 @@ def _rows(path: Path) -> list[Row]:
     rows = [row for row in sampled_rows(lines, separator) if any(row.cells)]
     if len(rows) < 2:
         raise ManifestError(
-            f"{path.name}: found {len(rows)} rows; expected a row of names, and one row for each run; fill the table"
+            f"{path.name}: found {len(rows)} rows; expected a header row and one row per run; complete the table"
         )
     return rows
 
@@ -156,7 +156,7 @@ def _row(file: str, run: str, row: Row, columns: Sequence[_Column], unused: Mapp
     if nameless:
         raise ManifestError(
             f"{file}, line {row.line}: found {cells[min(nameless)]!r} in a column without a name; expected a name "
-            "above each column; add it, or put quotes around a field that contains the column separator"
+            "for each column; add the name, or put quotes around a field that contains the column separator"
         )
     other = {name: cells[place] for place, name in unused.items() if place in cells}
     is_ball = any(column.is_ball and column.place in cells for column in columns)
@@ -167,8 +167,8 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
     """Report what the columns behind the first are. Raises ``ManifestError`` where that is unclear."""
     if plain(head.cells[0]) not in _RUN:
         raise ManifestError(
-            f"{file}, line {head.line}: found {head.cells[0]!r} above the first column; expected 'run', with the id "
-            "of each run or the name of its file below; rename it, or put that column first"
+            f"{file}, line {head.line}: found the first column {head.cells[0]!r}; expected the column 'run', with "
+            "the id or the file name of each run; rename the column, or put the column 'run' first"
         )
     columns: list[_Column] = []
     unused: dict[int, str] = {}
@@ -177,15 +177,17 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
         bare, is_uncertainty = _bare(name)
         if plain(bare) in _OF_TWO:
             raise ManifestError(
-                f"{file}, line {head.line}: found the column {written!r}, which may be for the pin or the disc; "
-                "expected a clear name; call it pin_wear_volume, disc_wear_volume, pin_mass_loss or disc_mass_loss"
+                f"{file}, line {head.line}: found the column {written!r}, which may refer to the pin or the disc; "
+                "expected an unambiguous name; rename it pin_wear_volume, disc_wear_volume, pin_mass_loss or "
+                "disc_mass_loss"
             )
         key = _key(bare)
         if key is None:
             unused |= {place: written} if written else {}
         elif any((one.key, one.is_uncertainty) == (key, is_uncertainty) for one in columns):
             raise ManifestError(
-                f"{file}, line {head.line}: found a second column for {key}, {written!r}; expected one; delete one"
+                f"{file}, line {head.line}: found a second column for {key}, {written!r}; expected one column; "
+                "delete one of them"
             )
         else:
             columns.append(_Column(place, written, key, unit, is_uncertainty, key_of(bare) in _BALL_SIZES))
@@ -222,7 +224,7 @@ def _values(file: str, row: Row, columns: Sequence[_Column]) -> dict[str, Given]
         if column.is_uncertainty and column.key not in values:
             raise ManifestError(
                 f"{file}, line {row.line}, column {column.name!r}: found an uncertainty without a value of "
-                f"{column.key}; expected both; fill in the value, or empty the field"
+                f"{column.key}; expected both; enter the value, or clear the field"
             )
         if column.is_uncertainty:
             both: dict[str, Any] = {"value": values[column.key].value, "standard_uncertainty": value}

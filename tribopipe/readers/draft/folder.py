@@ -42,15 +42,15 @@ _LONGEST_ID = 100
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _NOTHING_MEASURED = (
-    "found no post-test measurement; expected one, since nothing was recorded; add a scar, a mass loss or a volume "
-    "under [end_values] in run.toml"
+    "found no post-test measurement; expected at least one, since nothing was recorded; add a scar dimension, "
+    "a mass loss or a wear volume under [end_values] in run.toml"
 )
 _DIALECT = ("encoding", "separator", "decimal")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a person wants a run to be made of."""
+    """Files and options from which a run is made."""
 
     files: Sequence[Path]
     into: Path = Path()
@@ -74,7 +74,7 @@ class Wanted:
     accept: bool = False
     """Whether values that names of files and recordings offer are accepted."""
     measured: Mapping[str, Given] = field(default_factory=dict)
-    """What a table of many runs state about this one."""
+    """Row of this run in a table of many runs."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,11 @@ class NewRun:
     bodies_lack: tuple[str, ...]
     """Keys without which wear cannot be computed."""
     problem: str | None
-    """What else is in the way of processing it."""
+    """Other problems that prevent processing."""
     notes: tuple[str, ...]
-    """What a person should know of how the files were read."""
+    """Notes to the user about how the files were read."""
     accepted: tuple[str, ...] = ()
-    """What was offered and accepted, each with its source."""
+    """Suggested values that were accepted, each with its source."""
 
 
 @dataclass(frozen=True)
@@ -102,13 +102,13 @@ class _Defaults:
     template: dict[str, Any]
     name: str
     reader: str | None
-    """As run.toml names it."""
+    """Name of the reader in run.toml."""
     description: Path | None
     """The file that describes the reader, where one does."""
 
     @property
     def signals(self) -> dict[str, Any]:
-        """What the template states about files of signals."""
+        """Return the entries of the template about signal files."""
         return dict(self.template.get("signals", {}))
 
     @property
@@ -198,8 +198,9 @@ def planned(wanted: Wanted) -> list[RunPlan]:
 def _refuse_tests(export: Export) -> None:
     if is_of_tests([column.name for column in export.table.columns]):
         raise ReaderError(
-            f"{export.name}: found a table of finished tests, one in each row; expected the recording of one test; add "
-            "--each-row to make a run folder of each row, or name the table with --ends and the recordings as files"
+            f"{export.name}: found a table of finished tests, one per row; expected the recording of one test; "
+            "add --each-row to make one run folder per row, or specify the table with --ends and the recordings "
+            "as files"
         )
 
 
@@ -225,8 +226,8 @@ def refuse_places(plans: Sequence[RunPlan]) -> None:
         _refuse_taken(plan.target)
         if plan.target in taken:
             raise ManifestError(
-                f"{plan.target}: found two runs with that id; expected a unique id for each; rename the sheets or "
-                "rows, or make a run of each with --sheet and --id"
+                f"{plan.target}: found two runs with that id; expected a unique id for each run; rename the "
+                "sheets or rows, or make each run separately with --sheet and --id"
             )
         taken.add(plan.target)
 
@@ -281,8 +282,8 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     groups = grouped([export for export in exports if export.reader.holds == "signals"])
     if not groups:
         raise ReaderError(
-            f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one file of signals "
-            "with it, since a run is the recording of a test; name it too"
+            f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one signal file "
+            "as well, since a run is the recording of a test; specify this file too"
         )
     in_order = [export for group in groups for export in group.exports]
     known = gather(defaults.template, defaults.name, wanted.settings, in_order, wanted.measured)
@@ -310,8 +311,8 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
     for name in names:
         if name.lower() in taken:
             raise ReaderError(
-                f"{name}: found it twice, as {taken[name.lower()]} has that name too; expected files with different "
-                "names, since they are stored in one folder; rename one"
+                f"{name}: found the same name for {taken[name.lower()]}; expected files with "
+                "different names, since they are stored in one folder; rename one of them"
             )
         taken[name.lower()] = "another file"
 
@@ -319,8 +320,8 @@ def _refuse_names(run_id: str, sources: Sequence[SourceFile]) -> None:
 def _refuse_taken(target: Path) -> None:
     if target.exists() or target.is_symlink():
         raise ManifestError(
-            f"{target}: found an existing folder; expected none, since runs are never overwritten; choose "
-            "another id with --id, or another folder with --into"
+            f"{target}: found an existing folder; expected no folder of this name, since runs are never "
+            "overwritten; choose another id with --id, or another folder with --into"
         )
 
 
@@ -333,8 +334,8 @@ def _building(target: Path) -> Iterator[Path]:
             part.mkdir()
         except PermissionError as error:
             raise ManifestError(
-                f"{target}: cannot be created ({error.strerror}); expected a folder with write permission; name "
-                "another with --into"
+                f"{target}: cannot be created ({error.strerror}); expected a folder with write permission; "
+                "specify another folder with --into"
             ) from error
         yield part
         _refuse_taken(target)
@@ -365,6 +366,6 @@ def _problem(folder: Path, *, is_recorded: bool) -> str | None:
         return None if run.manifest.end_values != EndValues() else _NOTHING_MEASURED
     measured = [signal for signal, origin in run.origins.items() if origin == "measured"]
     return (
-        f"found {', '.join(measured)} among the signals, but neither friction nor depth; expected one of them; map "
-        "friction_force, friction_coefficient or depth under [signals.columns] in run.toml"
+        f"found {', '.join(measured)} among the signals, but neither friction nor depth; expected at least one of "
+        "them; map friction_force, friction_coefficient or depth under [signals.columns] in run.toml"
     )

@@ -1,4 +1,4 @@
-"""What is known of a run before its run.toml is written: by key, and by whose word.
+"""Values known about a run before its run.toml is written, by key, with the source of each.
 
 With how single values are written as TOML, and read from what a person types.
 """
@@ -64,7 +64,7 @@ def value_of(text: str) -> Any:
 
 
 Values = Mapping[str, Any]
-"""By dotted key of run.toml, as run.toml writes them."""
+"""Values by dotted key of run.toml, as written in run.toml."""
 
 _SECTIONS: dict[str, type[Record]] = {
     "": RunManifest,
@@ -133,10 +133,10 @@ _STAND_INS = {
     "rolling_radius": "1 km",
     "crown_radius": "1 km",
 }
-"""In the place of what is not known yet, where what is known is checked: nothing that could be known is larger."""
+"""Stand-ins for unknown values in checks of the known ones; no possible value is larger."""
 LOAD = "conditions.normal_load"
 _ALIKE = 0.1
-"""How far two values that are offered for one key may be apart, relative to the larger one."""
+"""Largest difference between two suggested values of one key that agree, relative to the larger one."""
 
 
 class Given(NamedTuple):
@@ -157,7 +157,7 @@ class Doubt(NamedTuple):
 
 @dataclass
 class Known:
-    """What is known of a run, and what was given but cannot be taken."""
+    """Known values of a run, and values that were given but cannot be used."""
 
     given: dict[str, Given] = field(default_factory=dict)
     doubts: dict[str, list[Doubt]] = field(default_factory=dict)
@@ -166,7 +166,7 @@ class Known:
     of_tables: set[str] = field(default_factory=set)
     """Keys that a table of measured values states."""
     dissent: list[str] = field(default_factory=list)
-    """What contradicts a value that is known."""
+    """Contradictions to known values."""
 
     @property
     def values(self) -> dict[str, Any]:
@@ -219,16 +219,16 @@ class Known:
             return None
         return self.take(key, text, origin)
 
-    def take_typed(self, key: str, text: str, origin: str = "") -> str | None:
+    def take_typed(self, key: str, text: str) -> str | None:
         """Take a value as a person types it, with a decimal comma perhaps: "0,1 m/s"."""
-        problem = self.take_text(key, text, origin)
+        problem = self.take_text(key, text)
         if problem is None:
             return None
         try:
             written = with_point(text)
         except UnitError as error:
             return f"{key}: {error}"
-        return problem if written == text else self.take_text(key, written, origin)
+        return problem if written == text else self.take_text(key, written)
 
     def doubt(self, key: str, value: Any, why: str) -> None:
         """Keep a value that is not taken, for a comment."""
@@ -346,7 +346,7 @@ def _strange(key: str) -> str | None:
     names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
     if key in sections() or key in _ELSEWHERE or table not in sections():
         example = f"{key}.{next(iter(sections()[key].model_fields))}" if key in sections() else LOAD
-        return f"{key}: found a key that cannot be filled in; expected one such as {example}"
+        return f"{key}: found a key that cannot be filled in; expected a key such as {example}"
     return None if name in names else f"{key}: unknown key; {did_you_mean(name, names)}"
 
 

@@ -77,7 +77,7 @@ def grouped(exports: Sequence[Export]) -> list[Group]:
 def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
-            f"{other}: found {other.rows} rows and columns that differ from {first}, which has {first.rows} rows; "
+            f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
             "expected files that continue each other, with the same columns, or channels over the same time base, with "
             "the same number of rows; make one run per test"
         )
@@ -128,8 +128,8 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     found = detect(source, holds="signals") if reader is None else chosen_reader(reader)
     if not isinstance(found, WorkbookReader):
         raise ReaderError(
-            f"{source.name}: found a file of the format {found.name}; expected a workbook, whose sheets --each-sheet "
-            "takes; remove --each-sheet"
+            f"{source.name}: found a file of the format {found.name}; expected a workbook, since --each-sheet "
+            "applies to its sheets; remove --each-sheet"
         )
     return found.sheets(source, Hints())
 
@@ -159,8 +159,8 @@ def _steps(export: Export, column: str) -> list[Step]:
     """Return the steps of a file. Raises ``ReaderError`` where they contradict its time, or it is too long."""
     if export.most_rows is not None:
         raise ReaderError(
-            f"{export.name}: found a file too long to be split at once; expected one that fits in memory; make one run "
-            "folder and write steps = [1] under [[signals]] in its run.toml"
+            f"{export.name}: found a file too long to be split at once; expected a file that fits in memory; make "
+            "one run folder and enter steps = [1] under [[signals]] in its run.toml"
         )
     steps, time = steps_in(export.table, column, export.name), _column(export, "time")
     if time is not None:
@@ -183,9 +183,9 @@ def steps_left_together(export: Export) -> str | None:
         return None
     steps = steps_in(export.table, name, export.name)
     return (
-        f"{export.name}: column {name!r} numbers the steps {spoken_steps(steps)}, which are treated as one test; if "
-        f"load, speed or track differ between steps, make one run per step: tribopipe new {export.name} --split "
-        f"{name!r}"
+        f"{export.name}: column {name!r} contains the step numbers {spoken_steps(steps)}; all steps are treated "
+        "as one test; if load, speed or track radius differ between steps, make one run per step: tribopipe new "
+        f"{export.name} --split {name!r}"
     )
 
 
@@ -244,7 +244,7 @@ def which_profile(known: Known, exports: Sequence[Export]) -> None:
 def profiles_left_open(known: Known) -> list[str]:
     """Report for which profiles run.toml holds but a comment, and why."""
     return [
-        f"{run_key(key, known.kind)} is in a comment of run.toml: {doubt.why}"
+        f"{run_key(key, known.kind)} is commented out in run.toml: {doubt.why}"
         for key, doubts in known.doubts.items()
         if key.endswith("_profile")
         for doubt in doubts
@@ -258,4 +258,4 @@ def _named(export: Export) -> dict[str, Any]:
 
 def _ask_for_columns(export: Export) -> str:
     names = ", ".join(toml(column.name) for column in export.table.columns)
-    return f"name the columns of position and height: {names}"
+    return f"specify the columns of position and height: {names}"

@@ -39,7 +39,7 @@ class Mapped(NamedTuple):
     column: ReadColumn
     by: str
     unit: str | None = None
-    """Where somebody's word is to win over the file's own."""
+    """Unit that takes precedence over that in the file."""
     lacks: str = ""
     """Why the line is commented out."""
 
@@ -52,7 +52,7 @@ class Mapped(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """What stands behind it."""
+        """Return the comment after the line."""
         shown = pretty(self.unit or self.column.unit or "")
         return ", ".join(part for part in (shown, self.by, self.lacks) if part)
 
@@ -99,7 +99,7 @@ def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
     columns = {column.name: column for column in export.table.columns}
     names = [one.column for one in friction_definitions(export.table.columns)]
     lacks = f"one of {len(names)} definitions of friction"
-    return found + [Mapped("friction_coefficient", columns[name], "by its name", lacks=lacks) for name in names]
+    return found + [Mapped("friction_coefficient", columns[name], "from its name", lacks=lacks) for name in names]
 
 
 def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:
@@ -114,7 +114,7 @@ def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped |
 def _contradicted(export: Export, signal: SignalName, column: ReadColumn) -> str:
     """Name the column that the format itself takes for the signal, where that is another one."""
     other = next((one for one in export.table.columns if one.signal == signal and one.name != column.name), None)
-    return "" if other is None else f"; by the format it is {other.name!r}"
+    return "" if other is None else f"; the format defines {other.name!r} as this signal"
 
 
 def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
@@ -135,7 +135,7 @@ def friction_left_open(export: Export) -> str | None:
 
 _WIDTH = 110
 _WIDEST_CODE = 76
-"""Of lines whose remarks are put below each other."""
+"""Maximum width of lines whose comments are aligned."""
 _WITHOUT_BODIES = (
     "# The two bodies; without them only friction is evaluated. Remove the # at the start of these lines, in all",
     "# tables at the same time, once the bodies are described.",
@@ -157,7 +157,7 @@ class Draft:
     dialect: Mapping[str, str] = field(default_factory=dict)
     """Encoding, separator and decimal sign of all files."""
     columns: Mapping[str, Any] = field(default_factory=dict)
-    """What columns mean."""
+    """Meanings of the columns."""
     sheet: str | None = None
     """Sheet of a workbook."""
     step: StepOfFiles | None = None
@@ -249,7 +249,7 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
 def _signals(group: Group, draft: Draft) -> list[str]:
     """Write what run.toml states about files that continue each other."""
     on_track = "conditions.track_radius" in draft.known.given
-    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"by {draft.template}", on_track=on_track)
+    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", on_track=on_track)
     lines = [
         _Line("[[signals]]"),
         *_files(group),
@@ -273,9 +273,9 @@ def _part_of_file(draft: Draft) -> Iterator[_Line]:
 
 def _files(group: Group) -> list[_Line]:
     if len(group.names) == 1:
-        return [_Line(f"file = {toml(group.names[0])}", f"{group.rows} rows")]
+        return [_Line(f"file = {toml(group.names[0])}", f"{group.rows:,} rows")]
     inside = [_Line(f"    {toml(name)},") for name in group.names]
-    return [_Line("files = [", f"{len(group.names)} files, {group.rows} rows"), *inside, _Line("]")]
+    return [_Line("files = [", f"{len(group.names)} files, {group.rows:,} rows"), *inside, _Line("]")]
 
 
 def _unmapped(export: Export, mapped: list[Mapped]) -> list[str]:

@@ -92,7 +92,7 @@ def _set(known: Known, setting: str) -> None:
 
 
 Said = dict[str, list[str]]
-"""What headers state about one key → the files that state it, with the line where it is a free one."""
+"""Values of one key in headers → the files with this value, and the line if it is free text."""
 
 
 def _facts(exports: Iterable[Export]) -> dict[str, Said]:
@@ -142,7 +142,7 @@ _HINT = re.compile(
 
 
 class _Meaning(NamedTuple):
-    """What a number with a unit stands for behind some labels."""
+    """Meaning of a number with a unit after certain labels."""
 
     key: str
     unit: str
@@ -180,11 +180,11 @@ def doubt_names(known: Known, names: Iterable[str]) -> None:
         stated = known.given.get(key)
         for value in fitting:
             if stated is not None and not (len(fitting) == 1 and alike(key, stated.value, value)):
-                known.object(key, f"{values[value]!r} in the name of the file")
+                known.object(key, f"{values[value]!r} in the file name")
             elif stated is None and len(fitting) == 1:
-                known.offer(key, value, f"probable from the name of the file, {values[value]!r}")
+                known.offer(key, value, f"probable from the file name, {values[value]!r}")
             elif stated is None:
-                known.doubt(key, value, f"the name of the file has {values[value]!r}, and another value as well")
+                known.doubt(key, value, f"the file name contains {values[value]!r} and another value")
 
 
 def _said(stem: str) -> Iterator[tuple[str, str, str]]:
@@ -216,11 +216,11 @@ _NAMES = {
 _FEW_DIGITS = ".4g"
 _STEADY, _MOST_ROWS_OFF = 0.1, 0.2
 _CONTRADICTS = 0.2
-"""From which difference on, relative to what is stated, a recording contradicts it."""
+"""Largest relative difference between recorded and stated value that is no contradiction."""
 
 
 class Recorded(NamedTuple):
-    """What a column shows of one condition."""
+    """Value of one test condition from a recorded column."""
 
     key: str
     kind: str

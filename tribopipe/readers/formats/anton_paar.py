@@ -25,7 +25,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import is_unit, parse
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, moment, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, moment, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.text import decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -69,15 +69,13 @@ class AntonPaarReader:
     title = "Anton Paar and CSM tribometers (TRB³, nano, older ones)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the names of the columns."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
-            return Match(0.0, "no line names Time, Distance, Laps and µ or Friction Force between tabs")
-        return Match(0.95, f"line {found + 1} names columns as Anton Paar's and CSM's tribometers do")
+            return Match(0.0, "no tab-separated header row with Time, Distance, Laps and µ or Friction Force")
+        return Match(0.95, f"line {found + 1} is the header row of an Anton Paar or CSM tribometer")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -86,8 +84,9 @@ class AntonPaarReader:
         at = _names_row(lines)
         if at is None:
             raise ReaderError(
-                f"{source.name}: found no line that names Time, Distance, Laps and µ or Friction Force between tabs; "
-                "expected one as Anton Paar's and CSM's tribometers write it; name another reader in run.toml"
+                f"{source.name}: found no tab-separated header row with Time, Distance, Laps and µ or Friction "
+                "Force; expected the header row of an Anton Paar or CSM tribometer; specify another reader in "
+                "run.toml"
             )
         table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         columns = tuple(map(_with_meaning, table.columns))
@@ -121,13 +120,13 @@ def _notes(written: tuple[ReadColumn, ...], columns: tuple[ReadColumn, ...]) -> 
         if before.unit is None and column.signal in ("time", "sliding_distance")
     ]
     if assumed:
-        yield f"the file states no units; {' and '.join(assumed)} is assumed, as these tribometers write it"
+        yield f"the file contains no units; {' and '.join(assumed)} is assumed, as usual for these tribometers"
     open_force = next((column for column in columns if column.signal == "friction_force" and not column.unit), None)
     if open_force is not None:
         yield f"{open_force.name!r} may be in N or mN; map it with its unit in run.toml"
     loads, _ = _set_values(columns, "nominalload")
     if len(loads) > 1:
-        yield f"the nominal load takes {len(loads)} values, from {min(loads):g} to {max(loads):g}"
+        yield f"the nominal load has {len(loads)} values from {min(loads):g} to {max(loads):g}"
 
 
 def _set_values(columns: tuple[ReadColumn, ...], key: str) -> tuple[list[float], str | None]:

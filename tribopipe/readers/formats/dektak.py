@@ -32,7 +32,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import is_mostly_numbers
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import split_name
@@ -52,17 +52,14 @@ class DektakReader:
     holds: Holds = "profile"
     suffixes = (".csv",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the sections and by the row of names that starts with Lateral."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if _names_at(lines) is not None:
-            return Match(0.95, "a section of data starts with the column 'Lateral', as Dektak writes it")
+            return Match(0.95, "a data section starts with the column 'Lateral', as in Dektak files")
         if lines and _bare(lines[0]) == "scan parameters":
             return Match(0.6, "the first line is Dektak's 'Scan Parameters'")
-        return Match(0.0, "no section of data that starts with the column 'Lateral'")
+        return Match(0.0, "no data section that starts with the column 'Lateral'")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is cut or no Dektak scan."""
@@ -84,7 +81,7 @@ class DektakReader:
 
 @dataclass(frozen=True)
 class _Header:
-    """What stands above the samples."""
+    """Header above the samples."""
 
     separator: str
     names: tuple[str, ...]
@@ -112,15 +109,16 @@ def _find_header(text: Text, separator: str) -> _Header:
     at = _names_at(lines)
     if at is None or not lines[at].endswith(("\r", "\n")):
         raise ReaderError(
-            f"{text.name}: found no section 'Scan Data' with a row of names such as 'Lateral um,Raw Micrometer,'; "
-            "expected one below Dektak's 'Scan Parameters'; export the scan again, or name another reader in run.toml"
+            f"{text.name}: found no section 'Scan Data' with a header row such as 'Lateral um,Raw Micrometer,'; "
+            "expected this section below Dektak's 'Scan Parameters'; export the scan again, or specify another "
+            "reader in run.toml"
         )
     names = [cell for row in split_rows([lines[at]], separator) for cell in row.cells]
     below = [line for line in lines[at + 1 :] if not line.isspace()]
     if text.unterminated and len(below) == 1:
         raise ReaderError(
-            f"{text.name}: found the file to end in the first row of samples; expected whole rows; copy the file again "
-            "from the instrument"
+            f"{text.name}: found the end of the file in the first data row; expected complete rows; copy the file "
+            "again from the instrument"
         )
     first = next(split_rows(below, separator), None)
     width = max(len(first.cells), len(trimmed(names))) if first else len(names)

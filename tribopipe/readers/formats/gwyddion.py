@@ -30,7 +30,7 @@ from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.fields import together
 from tribopipe.readers.layout import Layout
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import is_gap, is_number
 from tribopipe.readers.text import BLANKS, Text, decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -57,7 +57,7 @@ class GwyddionReader:
             text = decode(head, partial=len(source.content) > _HEAD_BYTES)
             extents = _find_extents(text)
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         wide, high = extents.wide, extents.high
         return Match(0.95, f"comments state an extent of {wide[0]:g} {wide[1]} by {high[0]:g} {high[1]} above a matrix")
 
@@ -70,9 +70,8 @@ class GwyddionReader:
             if column.first_bad is not None:
                 line, found = column.first_bad
                 raise ReaderError(
-                    f"{text.name}, line {line}: found {found!r} in the matrix; expected only numbers; correct that "
-                    "line, "
-                    "or export the map again"
+                    f"{text.name}, line {line}: found {found!r} in the matrix; expected only numbers; correct "
+                    "that line, or export the map again"
                 )
         heights = np.column_stack([column.values for column in table.columns])
         rows, columns = heights.shape
@@ -92,7 +91,7 @@ class GwyddionReader:
 
 
 class _Extents(NamedTuple):
-    """What the header states."""
+    """Contents of the header."""
 
     wide: tuple[float, str]
     """Along the rows, with its unit."""
@@ -116,14 +115,14 @@ def _find_extents(text: Text) -> _Extents:
     lengths = [of for _, of in extents if is_unit_of(of, "length")]
     if len(extents) != 2 or len(lengths) != 2 or not is_unit(unit) or not first:
         raise ReaderError(
-            f"{text.name}: found no comments with two extents and the unit of the values above a matrix; expected "
+            f"{text.name}: found no comment lines with two extents and the unit of the values above a matrix; expected "
             "'# Width: 12 µm', '# Height: 8 µm', '# Value units: m' in any language; export the map from Gwyddion with "
             "its informational header"
         )
     if not all(extent > 0 for extent, _ in extents):
         raise ReaderError(
             f"{text.name}: found a map of {extents[0][0]:g} {extents[0][1]} by {extents[1][0]:g} {extents[1][1]}; "
-            "expected extents above zero; export the map again"
+            "expected positive extents; export the map again"
         )
     if not all(is_number(cell, ".,") or is_gap(cell) for cell in first.split()):
         raise ReaderError(
@@ -145,8 +144,8 @@ def _oblong(extents: _Extents, rows: int, columns: int) -> Iterator[str]:
     across = to_si(high, extents.high[1], "length") / to_si(wide, extents.wide[1], "length")
     if not math.isclose(across, 1.0, rel_tol=_SQUARE):
         yield (
-            f"pixels are {wide:.4g} {extents.wide[1]} by {high:.4g} {extents.high[1]}, not square: y is wrong if rows "
-            "have been lost"
+            f"pixels are {wide:.4g} {extents.wide[1]} by {high:.4g} {extents.high[1]}, not square: y is wrong if "
+            "rows are missing"
         )
 
 

@@ -29,8 +29,8 @@ from dataclasses import dataclass, replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, moment, refused, without_cut_row
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, moment, without_cut_row
+from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import bare_name, count_in, is_gap, is_number, without_brackets
 from tribopipe.readers.text import decode, sample_lines, trimmed
 from tribopipe.results.run import SourceFile
@@ -61,7 +61,7 @@ _FORCES = {"g": "gf", "kg": "kgf"}
 
 @dataclass(frozen=True)
 class _Head:
-    """What stands above the numbers."""
+    """Header above the data."""
 
     said: Mapping[str, list[str]]
     """Fields by what their label means."""
@@ -85,11 +85,11 @@ class KyowaReader:
             return refused(source, error)
         head = _head(lines)
         if head is None:
-            return Match(0.0, "no row of units labeled 単位 or Unit stands above the numbers")
+            return Match(0.0, "no unit row labeled 単位 or Unit above the data")
         known = len(head.said)
         if known < 3:
-            return Match(0.2, f"a row of units is labeled as Kyowa does, but only {known} labels above are Kyowa's")
-        return Match(0.95, f"{known} lines above the numbers are labeled as Kyowa does")
+            return Match(0.2, f"a unit row is labeled as in Kyowa files, but only {known} labels above it are Kyowa's")
+        return Match(0.95, f"{known} lines above the data are labeled as in Kyowa files")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -98,8 +98,9 @@ class KyowaReader:
         head = _head(lines)
         if head is None:
             raise ReaderError(
-                f"{source.name}: found no row of units labeled 単位 or Unit above the numbers; expected Kyowa's, in "
-                "Shift-JIS; name encoding or another reader in run.toml, or copy the file again from the instrument"
+                f"{source.name}: found no unit row labeled 単位 or Unit above the data; expected a Kyowa file in "
+                "Shift-JIS; specify the encoding or another reader in run.toml, or copy the file again from the "
+                "instrument"
             )
         text = without_cut_row(text, ",")
         layout = layout_below(text, lines, head.body, head.names, ",", ".")
@@ -154,7 +155,7 @@ def _notes(head: _Head, table: ReadTable, columns: tuple[ReadColumn, ...]) -> li
     claimed = count_in("".join(head.said.get("samples", [])[:1]))
     present = len(table.columns[0].values)
     if claimed not in (None, present):
-        notes.append(f"the header declares {claimed} samples; {present} are present")
+        notes.append(f"the header declares {claimed:,} samples; {present:,} are present")
     return notes
 
 

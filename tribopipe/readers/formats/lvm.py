@@ -44,7 +44,7 @@ import numpy as np
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.headed_tables import head_lines, moment, refused
+from tribopipe.readers.headed_tables import judge_lines, moment
 from tribopipe.readers.layout import Decimal, Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.table_parts import SEGMENT
@@ -59,6 +59,7 @@ from tribopipe.readers.text_blocks import (
     line_at,
     outside,
     read_segments,
+    row_width,
     sample_rows,
     with_meaning,
 )
@@ -83,7 +84,7 @@ Tags = Mapping[str, list[str]]
 
 @dataclass(frozen=True)
 class _Heading:
-    """What the header of the file and that of a segment states about the segment's rows."""
+    """Entries of the file header and the segment header that apply to the rows of the segment."""
 
     file: Tags
     own: Tags
@@ -118,12 +119,10 @@ class LvmReader:
     holds: Holds = "signals"
     suffixes = (".lvm",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line."""
-        try:
-            first = next((line for line in head_lines(source) if line.strip()), "").strip("\r\n")
-        except ReaderError as error:
-            return refused(source, error)
+        first = next((line for line in lines if line.strip()), "").strip("\r\n")
         if _TITLE.fullmatch(first):
             return Match(0.98, "the first line is 'LabVIEW Measurement'")
         return Match(0.0, "the first line is not 'LabVIEW Measurement'")
@@ -157,7 +156,7 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
     if not blocks or not blocks[0].head or not _TITLE.fullmatch(blocks[0].head[0]):
         raise ReaderError(
             f"{text.name}, line 1: found a first line other than 'LabVIEW Measurement'; expected a LabVIEW measurement "
-            "file; name another reader in run.toml"
+            "file; specify another reader in run.toml"
         )
     separator = hints.separator or ("\t" if any("\t" in line for line in blocks[0].head) else ",")
     file, first = _divided(blocks[0].head)
@@ -168,8 +167,8 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         names = _fields(block.head[-1], separator) if block.head else []
         if len(names) < 2 or names[0] != _X:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a line "
-                f"that begins with {_X}; correct that line, or record the test with headers"
+                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected "
+                f"a line that begins with {_X}; correct that line, or record the test with headers"
             )
         own = first if block is blocks[0] else block.head
         heading = _Heading(settings, _tags(own, separator), trimmed(names))
@@ -177,8 +176,8 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         segments.append(_segment(text, block, heading, Hints(separator=separator, decimal=hints.decimal)))
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no numbers below the headers; expected a line that begins with {_X} and rows below; "
-            "the file ends early: copy it again, or record the test again"
+            f"{text.name}: found no data below the headers; expected a line that begins with {_X} and data rows; "
+            "the file is incomplete: copy it again, or record the test again"
         )
     return segments, headings
 
@@ -209,7 +208,7 @@ def _segment(text: Text, block: Block, heading: _Heading, hints: Hints) -> Segme
         names=tuple(names),
         line=1,
         header="",
-        width=max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0),
+        width=row_width(len(names), rows),
         least=len(names) - (names[-1] == _COMMENT),
         units=tuple(_unit(heading, number) for number in range(len(names))),
         textual=frozenset({len(names) - 1} if names[-1] == _COMMENT else ()),
@@ -267,7 +266,7 @@ def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> t
     if not xs or not all(heading.is_time for heading in headings):
         return list(columns), []
     if any(not np.array_equal(xs[0].values, other.values, equal_nan=True) for other in xs[1:]):
-        return list(columns), ["each channel has its own times, so that none applies to all"]
+        return list(columns), ["each channel has its own times; none of them applies to all channels"]
     if broken is None and np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
         return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not used as time"]
     return [with_meaning(column, "time") if column is xs[0] else column for column in columns], []

@@ -22,7 +22,7 @@ from typing import NamedTuple
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, refused, without_cut_row
+from tribopipe.readers.headed_tables import cells_of, judge_lines, layout_below, without_cut_row
 from tribopipe.readers.reader import Hints, Holds, Match, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER, is_number
 from tribopipe.readers.text import decode, sample_lines
@@ -56,17 +56,19 @@ class NewportReader:
     title = "Friction tester on Newport stages (settings in the first line)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the sixteen settings, and by the first row where it is whole."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if not _settings(lines):
-            return Match(0.0, "the first line is not sixteen numbers between tabs")
+            return Match(0.0, "the first line does not contain 16 tab-separated numbers")
         if len(lines) > 2 and not _ROW.fullmatch(lines[1]):
-            return Match(0.2, "the first line is sixteen settings, but rows are not seven numbers between semicolons")
-        return Match(0.95, "the first line is sixteen settings, and rows are seven numbers between semicolons")
+            return Match(
+                0.2,
+                "the first line contains 16 settings, but the rows do not contain 7 numbers separated by semicolons",
+            )
+        return Match(
+            0.95, "the first line contains 16 settings, and the rows contain 7 numbers separated by semicolons"
+        )
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -75,8 +77,8 @@ class NewportReader:
         settings = _settings(lines)
         if not settings:
             raise ReaderError(
-                f"{source.name}, line 1: found {lines[0].strip()[:60]!r}; expected sixteen settings between tabs; name "
-                "another reader in run.toml, or copy the file again from the instrument"
+                f"{source.name}, line 1: found {lines[0].strip()[:60]!r}; expected 16 tab-separated settings; "
+                "specify another reader in run.toml, or copy the file again from the instrument"
             )
         text = without_cut_row(text, ";")
         table = read_table(text, layout_below(text, lines, 1, tuple(_CHANNELS), ";", "."))

@@ -32,7 +32,7 @@ _SUPERBLOCK = 48
 _HEAD_BYTES = 1 << 16
 _FORMATS = ("tribopipe.run/1", "tribopipe.archive/1", "tribopipe.archive/2", "tribopipe.archive/3")
 _USER_BLOCKS = (0, 512)
-"""Where HDF5 begins: after a user block, but in the first files of all."""
+"""Offsets of the HDF5 signature: after a user block, or 0 in the earliest files."""
 _REMEDY = "copy the file again from the archive"
 _FACTS = ("started", "title", "operator", "instrument", "comment", "contact", "conditions")
 
@@ -48,10 +48,10 @@ class NexusReader:
     def match(self, source: SourceFile) -> Match:
         """Judge by the magic of HDF5 and the creator, which stands near the start."""
         if _start(source) is None:
-            return Match(0.0, "the file does not start as HDF5 does")
+            return Match(0.0, "the file does not start with the HDF5 signature")
         if b"tribopipe" not in source.content[:_HEAD_BYTES]:
-            return Match(0.2, "an HDF5 file that tribopipe did not write")
-        return Match(0.95, "an HDF5 file that names tribopipe as its creator")
+            return Match(0.2, "an HDF5 file not written by tribopipe")
+        return Match(0.95, "an HDF5 file with tribopipe as its creator")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:  # noqa: ARG002 - nothing of a binary file is open
         """Parse the file; ``ReaderError`` where it is damaged or reaches into other files."""
@@ -60,14 +60,14 @@ class NexusReader:
         line, _, numbers = answer.partition(b"\n")
         said = json.loads(line)
         if said["format"] not in _FORMATS:
-            raise _refused(source, f"the format {said['format']!r}, but only {', '.join(_FORMATS)} are known")
+            raise _refused(source, f"the format {said['format']!r}, but only {', '.join(_FORMATS)} are supported")
         columns = tuple(_columns(said["columns"], np.frombuffer(numbers, "<f8")))
         _check(source, columns)
         return ReadTable(columns, "".join(said["headers"]), (), dict(_facts("", said["manifest"])))
 
 
 def _refused(source: SourceFile, found: str) -> ReaderError:
-    return ReaderError(f"{source.name}: found {found}; expected a run as tribopipe archives it; {_REMEDY}")
+    return ReaderError(f"{source.name}: found {found}; expected a run archived by tribopipe; {_REMEDY}")
 
 
 def _start(source: SourceFile) -> int | None:
@@ -102,7 +102,7 @@ def _check(source: SourceFile, columns: tuple[ReadColumn, ...]) -> None:
     if len(lengths) != 1 or not lengths.pop():
         raise _refused(source, "no samples, or signals of several lengths")
     if len({column.name for column in columns} - {""}) < len(columns):
-        raise _refused(source, "columns that share a name, or have none")
+        raise _refused(source, "columns with duplicate or missing names")
     unknown = next((column for column in columns if column.unit is not None and not is_unit(column.unit)), None)
     if unknown is not None:
         raise _refused(source, f"the unit {unknown.unit!r} of {unknown.name!r}, which is unknown")

@@ -52,20 +52,19 @@ from typing import NoReturn
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
-from tribopipe.readers.layout import Layout
+from tribopipe.readers.headed_tables import cells_of, judge_lines, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     listed,
     read_segments,
     refuse_torn_rows,
+    row_layout,
     sample_rows,
     with_meaning,
 )
@@ -98,14 +97,14 @@ class PcsReader:
     title = "PCS Instruments test data file (EHD, MTM)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line and by what the lines below are called."""
-        try:
-            first, *others = [line.strip() for line in head_lines(source) if line.strip()] or [""]
-        except ReaderError as error:
-            return refused(source, error)
+        first, *others = [line.strip() for line in lines if line.strip()] or [""]
         if _NO_TEST.fullmatch(first):
-            return Match(0.0, f"the first line is {first[:60]!r}, which is no test data", f"a {first[:60]!r}")
+            return Match(
+                0.0, f"the first line is {first[:60]!r}, which does not begin a file of test data", f"a {first[:60]!r}"
+            )
         if _begins_with_step((first, *others)):
             return Match(0.95, f"the first lines are {first!r} and the type of that step")
         if not _TITLE.fullmatch(first):
@@ -136,8 +135,9 @@ def _refuse_others(text: Text, head: Sequence[str]) -> None:
     line = head[0].strip() if head else ""
     if not _TITLE.fullmatch(line) and not _begins_with_step(head):
         raise ReaderError(
-            f"{text.name}, line 1: found {line[:60]!r}; expected a test, such as 'EHD261 Test Data File'; "
-            + ("this file holds no test data" if _NO_TEST.fullmatch(line) else "name another reader in run.toml")
+            f"{text.name}, line 1: found {line[:60]!r}; expected the first line of a test, such as 'EHD261 Test "
+            "Data File'; "
+            + ("this file contains no test data" if _NO_TEST.fullmatch(line) else "specify another reader in run.toml")
         )
 
 
@@ -155,13 +155,11 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
             continue
         if len(names) < 2 or names[0] == "Step type" or any(is_number(name, ".,") for name in names):
             _refuse_nameless(text, block)
-        width = max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0)
-        decimal = hints.decimal or decimal_sign(rows, separator)
-        segments.append(Segment(block, Layout(separator, decimal, tuple(names), 1, "", width, len(names))))
+        segments.append(Segment(block, row_layout(text, block, names, separator, hints.decimal)))
         steps.append(step)
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no step with a table of numbers; expected at least one; export the test again with "
+            f"{text.name}: found no step with data; expected at least one step with data; export the test again with "
             "its data"
         )
     refuse_torn_rows(text, segments, blocks)
@@ -181,8 +179,8 @@ def _last_step(head: Sequence[str]) -> str | None:
 
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
-        f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected names such as "
-        "'Step Time (s)' in the line before; correct that line, or export the test again"
+        f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected column "
+        "names such as 'Step Time (s)' in the line before; correct that line, or export the test again"
     )
 
 
@@ -211,15 +209,8 @@ def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
     radius, notes = _track_radius(values.get("Disc track radius", "").strip(), lines)
     facts |= radius
     line = next((line for line in lines if line.startswith("Test started at")), "")
-    written, started = moment_by(line, lines) or ("", None)
-    if started:
-        facts["started"] = started
-    elif written:
-        notes.append(
-            f"the start time of the test, {written}, may have the day or the month first and is not taken from the "
-            "header"
-        )
-    return facts, notes
+    started, ambiguous = start_from(line, lines)
+    return facts | started, notes + ambiguous
 
 
 def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -230,5 +221,5 @@ def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], l
         return {key: f"{of_test} mm"}, [note]
     radii = [*dict.fromkeys(found["radius"] for line in lines if (found := _STEP_RADIUS.fullmatch(line)))]
     if len(radii) > 1:
-        return {}, [f"the track radius of the disc differs from step to step: {listed(radii)} mm"]
+        return {}, [f"the track radius of the disc differs between steps: {listed(radii)} mm"]
     return ({key: f"{radii[0]} mm"} if radii else {}), []

@@ -26,7 +26,7 @@ from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.documents.signals import SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
 from tribopipe.readers.column_meanings import NEAR, roles_of, unit_kind
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import decode, sample_lines
@@ -75,15 +75,15 @@ class PhoenixReader:
     holds: Holds = "signals"
     suffixes = (".tsv",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the row of names."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
-            return Match(0.0, "no row of names begins with a tab and has This Step, Step Time and Test Time in it")
-        return Match(0.95, f"line {found + 1} names This Step, Step Time and Test Time, as Compend does")
+            return Match(0.0, "no header row that begins with a tab and contains This Step, Step Time and Test Time")
+        return Match(
+            0.95, f"line {found + 1} is a header row with This Step, Step Time and Test Time, as in Compend files"
+        )
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -93,8 +93,8 @@ class PhoenixReader:
         at = _names_row(lines)
         if at is None:
             raise ReaderError(
-                f"{source.name}: found no row of names with This Step, Step Time and Test Time; expected one as "
-                "Compend writes it; name another reader in run.toml"
+                f"{source.name}: found no header row with This Step, Step Time and Test Time; expected the header "
+                "row of a Compend file; specify another reader in run.toml"
             )
         table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         columns, notes = _understood(table.columns)
@@ -131,7 +131,7 @@ def _unknown_units(names: Sequence[str], line: int) -> list[str]:
     """Report which units of the header are none."""
     written = ((number, name, _bracketed(name)) for number, name in enumerate(names, start=1))
     return [
-        f"line {line}, column {number}: {name!r} has the unknown unit {unit!r}; name its unit in run.toml"
+        f"line {line}, column {number}: {name!r} has the unknown unit {unit!r}; specify its unit in run.toml"
         for number, name, unit in written
         if unit is not None and not is_unit(unit)
     ]
@@ -200,7 +200,7 @@ def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]
         for one, ratio in broken.items()
     ]
     listed = ", ".join(map(repr, sorted(names)))
-    return names, notes + ([f"the units of {listed} are left open; the header contains none"] if names else [])
+    return names, notes + ([f"the units of {listed} are unknown; the header contains none"] if names else [])
 
 
 def _units_of(identity: Identity, roles: Mapping[Role, ReadColumn]) -> str:

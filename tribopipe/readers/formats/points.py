@@ -26,7 +26,7 @@ from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout, find_doubt
-from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import (
     INTEGER,
     Table,
@@ -60,11 +60,11 @@ class PointsReader:
             text = decode(head, partial=len(source.content) > SAMPLE_BYTES)
             found = _find_points(text, Hints())
         except ReaderError as error:
-            return Match(0.0, str(error).removeprefix(source.name).lstrip(":, "))
+            return refused(source, error)
         if len(found.table.rows) - found.table.body < _FEWEST_ROWS:
-            return Match(0.2, f"fewer than {_FEWEST_ROWS} rows of numbers")
+            return Match(0.2, f"fewer than {_FEWEST_ROWS} data rows")
         if found.units:
-            return Match(0.9, f"{found.width} columns of numbers below the units {' '.join(found.units)}")
+            return Match(0.9, f"{found.width} numeric columns below the units {' '.join(found.units)}")
         return _by_positions(found, text)
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
@@ -82,7 +82,7 @@ class PointsReader:
 
 @dataclass(frozen=True)
 class _Points:
-    """Where the numbers stand in the sample, and what stands above them."""
+    """Position of the data in the sample, and the lines above them."""
 
     table: Table
     lines: list[str]
@@ -126,8 +126,8 @@ def _find_points(text: Text, hints: Hints) -> _Points:
             return _with_header(text, lines, rows, body, separator, signs)
     number, line = next(((n, line.strip()) for n, line in enumerate(lines, 1) if not line.isspace()), (1, ""))
     raise ReaderError(
-        f"{text.name}, line {number}: found {line[:40]!r}; expected two or three bare columns of numbers, x z or "
-        "x y z; export the profile as a list of points, or name the columns in run.toml"
+        f"{text.name}, line {number}: found {line[:40]!r}; expected two or three numeric columns, x z or x y z; "
+        "export the profile as a list of points, or specify the columns in run.toml"
     )
 
 
@@ -160,8 +160,8 @@ def _with_header(text: Text, lines: list[str], rows: list[Row], body: int, separ
             count = claimed
         else:
             raise ReaderError(
-                f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above bare columns of numbers; expected "
-                "nothing, their units of length, or their number; name the columns in run.toml"
+                f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above columns without names; "
+                "expected nothing, units of length, or the number of points; specify the columns in run.toml"
             )
     table = Table(
         separator,
@@ -191,8 +191,8 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
         return None
     row = table.rows[table.body]
     return (
-        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected commas to be clearly column separators "
-        "or decimal signs; export the profile with a different separator"
+        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected commas that are unambiguously "
+        "column separators or decimal signs; export the profile with a different separator"
     )
 
 
@@ -204,12 +204,12 @@ def _by_positions(found: _Points, text: Text) -> Match:
     if found.width == 2:
         if _goes_one_way(positions[0]):
             return Match(0.6, "two bare columns, apparently positions and heights")
-        return Match(0.2, "two bare columns, the first of which goes back and forth, unlike a position")
+        return Match(0.2, "two bare columns, the first of which is not monotonic, unlike a position")
     for along, across in (positions, positions[::-1]):
         lines = np.split(along, np.flatnonzero(np.diff(across) != 0) + 1)
         if 1 < len(lines) <= len(along) // 2 and all(map(_goes_one_way, lines[:-1])):
             return Match(0.6, f"three bare columns, points of a map with {len(lines[0])} in the first scan line")
-    return Match(0.2, "three bare columns, without the end of a scan line at the beginning")
+    return Match(0.2, "three bare columns, without the end of a scan line in the first rows")
 
 
 def _positions(table: Table, text: Text) -> list[Column]:
@@ -233,4 +233,4 @@ def _count_note(found: _Points, columns: tuple[ReadColumn, ...]) -> list[str]:
     rows = len(columns[0].values)
     if found.count is None or found.count == rows:
         return []
-    return [f"the file states {found.count} points, but holds {rows}"]
+    return [f"the header states {found.count} points; the file contains {rows}"]

@@ -29,19 +29,17 @@ from dataclasses import replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import cells_of, head_lines, moment_by, refused
-from tribopipe.readers.layout import Layout
+from tribopipe.readers.headed_tables import cells_of, judge_lines, start_from
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER, bare_name
 from tribopipe.readers.text import Text, decode, trimmed
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     read_segments,
-    sample_rows,
+    row_layout,
     with_meaning,
 )
 from tribopipe.results.run import SourceFile
@@ -73,22 +71,22 @@ class RtecReader:
     title = "Rtec MFT (CSV)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by a row of names that has Timestamp and channels of devices in it."""
-        try:
-            lines = [line for line in head_lines(source) if line.strip()]
-        except ReaderError as error:
-            return refused(source, error)
+        lines = [line for line in lines if line.strip()]
         at = next((number for number, line in enumerate(lines[:_MOST_ABOVE]) if _names(line)), None)
         if at is None:
-            return Match(0.0, "no row of names at the top has Timestamp and channels such as 'DAQ.Fz (N)' in it")
+            return Match(0.0, "no header row with Timestamp and channels such as 'DAQ.Fz (N)' at the top")
         # A last line may be cut: it is for reading to say so.
         if len(lines) > at + 2 and not _FIRST.match(lines[at + 1]):
-            return Match(0.0, f"names of channels stand above {lines[at + 1].strip()[:40]!r}, which is no row")
+            return Match(
+                0.0, f"the channel names are followed by {lines[at + 1].strip()[:40]!r}, which is not a data row"
+            )
         channels = [name for name in _names(lines[at]) if _CHANNEL.fullmatch(name)]
         if any(name.upper().startswith(_DEVICES) for name in channels):
-            return Match(0.95, f"Timestamp and {channels[0]!r} are names of columns, as Rtec writes them")
-        return Match(0.2, f"Timestamp and {channels[0]!r} are names of columns, but no device is DAQ, XYZ or Rotary")
+            return Match(0.95, f"the header row contains Timestamp and {channels[0]!r}, as in Rtec files")
+        return Match(0.2, f"the header row contains Timestamp and {channels[0]!r}, but no device DAQ, XYZ or Rotary")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -113,8 +111,8 @@ def _refuse_words_below_names(text: Text, blocks: Sequence[Block]) -> None:
     for block in blocks:
         if block.start < block.end and any(map(_names, block.head)) and not _names(block.head[-1]):
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start) - 1}: found {block.head[-1][:60]!r} between the row of "
-                "names and the numbers; expected a row of numbers; correct or delete that line"
+                f"{text.name}, line {line_at(text, block.start) - 1}: found {block.head[-1][:60]!r} between the "
+                "header row and the data; expected a data row; correct or delete that line"
             )
 
 
@@ -131,10 +129,7 @@ def _rows(text: Text, block: Block, hints: Hints) -> Segment:
     line = block.head[-1]
     separator = hints.separator or next(sign for sign in _SEPARATORS if sign in line)
     names = trimmed(cells_of(line, separator))
-    rows = sample_rows(text, block, separator)
-    width = max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0)
-    decimal = hints.decimal or decimal_sign(rows, separator)
-    return Segment(block, Layout(separator, decimal, tuple(names), 1, "", width, len(names)))
+    return Segment(block, row_layout(text, block, names, separator, hints.decimal))
 
 
 def _closing_notes(text: Text, rows: Block) -> list[str]:
@@ -144,11 +139,11 @@ def _closing_notes(text: Text, rows: Block) -> list[str]:
     if _CLOSING.fullmatch(closing):
         return []
     if "TotalTime".startswith(closing) or _CUT_CLOSING.fullmatch(closing):
-        return ["TotalTime is missing below the rows, so the file may be truncated"]
+        return ["TotalTime is missing below the data, so the file may be truncated"]
     first = len(text.content) - len(below.lstrip().encode())
     raise ReaderError(
-        f"{text.name}, line {line_at(text, first)}: found {closing[:60]!r} below the rows; expected TotalTime and a "
-        "duration alone; correct or delete these lines"
+        f"{text.name}, line {line_at(text, first)}: found {closing[:60]!r} below the data; expected only "
+        "TotalTime and a duration; correct or delete these lines"
     )
 
 
@@ -178,13 +173,5 @@ def _facts(text: Text, block: Block) -> tuple[dict[str, str], list[str]]:
     names, values = (cells_of(line, ",") for line in filled)
     known = dict(zip(map(str.lower, names), values, strict=False))
     facts = {key: known[name] for name, key in _FACTS.items() if known.get(name)}
-    written, started = moment_by(known.get("testdate", ""), values) or ("", None)
-    if started:
-        facts["started"] = started
-    elif written:
-        note = (
-            f"the start time of the test, {written}, may have the day or the month first and is not taken from the "
-            "header"
-        )
-        return facts, [note]
-    return facts, []
+    started, notes = start_from(known.get("testdate", ""), values)
+    return facts | started, notes

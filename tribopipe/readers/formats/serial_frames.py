@@ -48,8 +48,8 @@ class SerialFramesReader:
         whole = sum(_FRAME.fullmatch(frame) is not None for frame in frames)
         judged = max(1, len(frames) - 1)  # the last may be cut
         if whole == 0 or whole < _ENOUGH * judged:
-            return Match(0.0, f"no frames such as '<STX>   0.072KGM<CR><LF>', or too few whole ones ({whole})")
-        return Match(0.95, f"{whole} of the first {len(frames)} frames are such as '<STX>   0.072KGM<CR><LF>'")
+            return Match(0.0, f"no frames of the form '<STX>   0.072KGM<CR><LF>', or too few complete frames ({whole})")
+        return Match(0.95, f"{whole} of the first {len(frames)} frames have the form '<STX>   0.072KGM<CR><LF>'")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:  # noqa: ARG002 - frames leave nothing open
         """Parse the file; ``ReaderError`` where it holds no whole frame, or several units."""
@@ -64,10 +64,10 @@ class SerialFramesReader:
         if broken:
             text = frames[broken[0] - 1].decode(errors="replace").strip()
             notes.append(
-                f"{len(broken)} of {len(found)} frames are broken and treated as missing samples; the first is frame "
-                f"{broken[0]}: {text[:40]!r}"
+                f"{len(broken)} of {len(found)} frames are corrupted and treated as missing samples; the first is "
+                f"frame {broken[0]}: {text[:40]!r}"
             )
-        notes.append("frames contain no time; map time or sliding distance from a file with a row for each frame")
+        notes.append("frames contain no time; map time or sliding distance from a file with one row per frame")
         columns = (
             ReadColumn("load", np.array([_number(frame) for frame in found]), unit),
             ReadColumn("motion", np.array([_moves(frame) for frame in found]), "1"),
@@ -78,10 +78,10 @@ class SerialFramesReader:
 def _unit(file: str, units: set[bytes]) -> str:
     if len(units) == 1:
         return _UNITS[units.pop()]
-    found = f"frames in {' and '.join(sorted(unit.decode() for unit in units))}" if units else "no whole frame"
+    found = f"frames in {' and '.join(sorted(unit.decode() for unit in units))}" if units else "no complete frame"
     raise ReaderError(
-        f"{file}: found {found}; expected frames such as '<STX>   0.072KGM<CR><LF>', all in one unit; split the file "
-        "where the unit changes, or name another reader in run.toml"
+        f"{file}: found {found}; expected frames of the form '<STX>   0.072KGM<CR><LF>', all in one unit; split "
+        "the file where the unit changes, or specify another reader in run.toml"
     )
 
 

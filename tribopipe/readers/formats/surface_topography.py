@@ -65,15 +65,15 @@ class SurfaceTopographyReader:
         found = next((title for mark, title in _MARKS.items() if source.content.startswith(mark)), None)
         found = found or _archive(source.content)
         if found is None:
-            return Match(0.0, "no signature of a binary file of a profilometer")
-        return Match(0.55, f"the file begins as {found} does")
+            return Match(0.0, "no signature of a binary profilometer file")
+        return Match(0.55, f"the file has the signature of {found}")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:  # noqa: ARG002 - a binary file takes no hints
         """Parse the file; ``ReaderError`` where the package is missing or cannot read it."""
         if find_spec(_PACKAGE) is None:
             raise ReaderError(
-                f"{source.name}: found a file that requires the package SurfaceTopography; expected it to be "
-                "installed; run `pip install "
+                f"{source.name}: found a file that requires the package SurfaceTopography; expected this package "
+                "to be installed; run `pip install "
                 '"tribopipe[surface]"`, or export the profile as text'
             )
         try:
@@ -84,8 +84,9 @@ class SurfaceTopographyReader:
         except Exception as error:  # noqa: BLE001 - readers of 40 formats may raise anything
             said = " ".join(str(error).split())[:120] or type(error).__name__
             raise ReaderError(
-                f"{source.name}: found a file that SurfaceTopography cannot read ({said}); expected a whole one of a "
-                "format it knows; copy it again from the instrument, or export the profile as text"
+                f"{source.name}: found a file that SurfaceTopography cannot read ({said}); expected a complete "
+                "file in a supported format; copy the file again from the instrument, or export the profile as "
+                "text"
             ) from None
 
 
@@ -104,7 +105,10 @@ def _table(content: bytes) -> ReadTable:
     opened = import_module(f"{_PACKAGE}.IO").open_topography(BytesIO(content))
     channel = opened.default_channel
     if channel.physical_sizes is None:
-        raise ReaderError("found no size of the map or profile; expected one; export it as text with positions")
+        raise ReaderError(
+            "found no lateral dimensions of the map or profile; expected dimensions; export the "
+            "data as text with positions"
+        )
     surface = opened.topography()
     axes: tuple[Axis, ...] = ("x", "z") if surface.dim == 1 else ("x", "y", "z")
     unit = surface.unit if isinstance(surface.unit, str) and is_unit(surface.unit) else None
@@ -126,4 +130,4 @@ def _channel_note(channels: Any, taken: Any) -> list[str]:
     if len(channels) < 2:
         return []
     others = ", ".join(repr(str(one.name)) for one in channels if one.name != taken.name)
-    return [f"read the channel {str(taken.name)!r}; the file also holds {others}"]
+    return [f"read the channel {str(taken.name)!r}; the file also contains {others}"]

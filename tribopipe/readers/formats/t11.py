@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, head_lines, read_below, refused
+from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.text import decode, sample_lines
 from tribopipe.results.run import SourceFile
@@ -41,17 +41,15 @@ class T11Reader:
     title = "T-11 pin-on-disc tester (ITeE Radom)"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the names of the columns."""
-        try:
-            found = _names_row(head_lines(source))
-        except ReaderError as error:
-            return refused(source, error)
+        found = _names_row(lines)
         if found is None:
             return Match(
-                0.0, "no line names friction force, displacement, temperatures and revolutions as the T-11 does"
+                0.0, "no header row with friction force, displacement, temperatures and revolutions, as in T-11 files"
             )
-        return Match(0.95, f"line {found + 1} names columns as the T-11 does")
+        return Match(0.95, f"line {found + 1} is the header row of a T-11 file")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""
@@ -60,8 +58,8 @@ class T11Reader:
         at = _names_row(lines)
         if at is None:
             raise ReaderError(
-                f"{source.name}: found no line of names such as 'Time [s];Friction force [N];…;Number of revolutions'; "
-                "expected one as the T-11 writes it; name another reader in run.toml"
+                f"{source.name}: found no header row such as 'Time [s];Friction force [N];…;Number of revolutions'; "
+                "expected the header row of a T-11 file; specify another reader in run.toml"
             )
         table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
         return replace(table, columns=tuple(map(_with_meaning, table.columns)))

@@ -79,7 +79,7 @@ class TdmsReader:
     def match(self, source: SourceFile) -> Match:
         """Judge by the first four bytes."""
         if source.content.startswith(_MAGIC):
-            return Match(0.98, "the file starts with TDSm, as each segment of TDMS does")
+            return Match(0.98, "the file starts with TDSm, the signature of a TDMS segment")
         return Match(0.0, "the file does not start with TDSm")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:  # noqa: ARG002 - nothing of a binary file is open
@@ -105,7 +105,7 @@ def _library(source: SourceFile) -> Any:
         library = import_module("nptdms")
     except ImportError:
         raise ReaderError(
-            f"{source.name}: found a TDMS file; expected the package npTDMS, which reads it, to be installed; run "
+            f"{source.name}: found a TDMS file; expected the package npTDMS to be installed; run "
             'pip install "tribopipe[tdms]"'
         ) from None
     import_module("nptdms.log").log_manager.set_level(logging.ERROR)  # what it would warn of, the notes say
@@ -113,12 +113,12 @@ def _library(source: SourceFile) -> Any:
 
 
 class _Chain(NamedTuple):
-    """What following the lead-ins of a file shows."""
+    """Result of following the lead-ins of a file."""
 
     data: int
     """Bytes of raw data that the segments state they hold."""
     note: str | None = None
-    """What is missing at the end of the file."""
+    """Note on what is missing at the end of the file."""
 
 
 def _follow(source: SourceFile) -> _Chain:
@@ -131,7 +131,7 @@ def _follow(source: SourceFile) -> _Chain:
         order = ">" if contents & _BIG_ENDIAN else "<"
         length, metadata = struct.unpack_from(f"{order}QQ", source.content, position + 12)
         if length == _UNFINISHED:
-            return _Chain(data, "the program that wrote the file stopped before its end; complete rows are read")
+            return _Chain(data, "the recording program stopped before the file was complete; complete rows are read")
         position += _LEAD_IN + length
         data += length - metadata
     lacking = position - size if position >= size else position + _LEAD_IN - size
@@ -150,7 +150,7 @@ def _refuse_misfit(source: SourceFile, chain: _Chain, channels: list[Any]) -> No
 
 def _damaged(source: SourceFile, found: str) -> ReaderError:
     return ReaderError(
-        f"{source.name}: found a damaged TDMS file: {found}; expected a chain of whole segments; copy it again from "
+        f"{source.name}: found a damaged TDMS file: {found}; expected a chain of complete segments; copy it again from "
         "the instrument"
     )
 
@@ -167,7 +167,8 @@ def _tables(source: SourceFile, chain: _Chain, file: Any) -> dict[str, ReadTable
     tables = {name: table for name, table in read.items() if table.columns}
     if not tables:
         raise ReaderError(
-            f"{source.name}: found no samples in any channel; expected at least one row; record or copy the file again"
+            f"{source.name}: found no samples in any channel; expected at least one sample; record or copy the "
+            "file again"
         )
     return tables
 
@@ -193,7 +194,8 @@ class _Group:
             first = next(channel for channel in self.channels if len(channel) == self.rows)
             raise ReaderError(
                 f"{self.source.name}: found {len(first)} samples of {first.name!r} and {len(other)} of {other.name!r} "
-                f"in the group {self.group.name!r}; expected one length; export channels of one rate in a separate file"
+                f"in the group {self.group.name!r}; expected channels of equal length; export channels with the "
+                "same sampling rate to a separate file"
             )
 
     def table(self) -> ReadTable:
@@ -203,7 +205,7 @@ class _Group:
         if not any(map(is_time, columns)):
             columns[:0] = self._waveform_times()
         if len({column.name for column in columns} - {""}) < len(columns):
-            raise _damaged(self.source, f"channels of the group {self.group.name!r} share a name, or have none")
+            raise _damaged(self.source, f"channels of the group {self.group.name!r} have duplicate or missing names")
         header = "".join(_listed(part.path, part.properties) for part in (self.group, *self.channels))
         return ReadTable(tuple(columns), header, tuple(notes), dict(self._started()))
 
@@ -217,7 +219,7 @@ class _Group:
             return ReadColumn(name, seconds_since_first(values), "s", "time")
         if values.dtype.kind in "OU":
             return text_column(name, [_plain(value) for value in values], _unit(channel, notes))
-        notes.append(f"channel {name!r} contains neither numbers nor texts and is omitted")
+        notes.append(f"channel {name!r} contains neither numbers nor text and is omitted")
         return None
 
     def _waveform_times(self) -> Iterator[ReadColumn]:
@@ -226,8 +228,8 @@ class _Group:
         if len(tracks) > 1:
             raise ReaderError(
                 f"{self.source.name}: found different times between samples in the channels "
-                f"{' and '.join(map(repr, list(tracks.values())[:2]))}; expected one rate in a group; export channels "
-                "of one rate in a separate file"
+                f"{' and '.join(map(repr, list(tracks.values())[:2]))}; expected one sampling rate per group; "
+                "export channels with the same sampling rate to a separate file"
             )
         for increment, offset, name, unit in tracks:
             if math.isfinite(increment) and math.isfinite(offset) and increment > 0 and is_unit(unit):
@@ -256,7 +258,7 @@ def _unit(channel: Any, notes: list[str]) -> str | None:
     unit = _NI_UNITS.get(written, written)
     if is_unit(unit):
         return unit
-    notes.append(f"channel {_plain(channel.name)!r} has the unknown unit {written!r}; name its unit in run.toml")
+    notes.append(f"channel {_plain(channel.name)!r} has the unknown unit {written!r}; specify its unit in run.toml")
     return None
 
 

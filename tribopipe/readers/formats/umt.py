@@ -41,7 +41,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, count_in, is_unit_row, without_brackets
@@ -49,12 +49,11 @@ from tribopipe.readers.text import BLANKS, LINE_END, Text, decode, sampled_rows,
 from tribopipe.readers.text_blocks import (
     Block,
     Segment,
-    decimal_sign,
     find_blocks,
     line_at,
     read_segments,
     refuse_torn_rows,
-    sample_rows,
+    row_layout,
     with_meaning,
 )
 from tribopipe.results.run import SourceFile
@@ -89,16 +88,14 @@ class UmtReader:
     title = "CETR / Bruker UMT, exported by Data Viewer"
     holds: Holds = "signals"
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the first line, or by a step with UMT's names of channels."""
-        try:
-            lines = [line for line in head_lines(source) if line.strip()]
-        except ReaderError as error:
-            return refused(source, error)
+        lines = [line for line in lines if line.strip()]
         if lines and _CREATOR.fullmatch(lines[0].rstrip()):
             return Match(0.95, f"the first line is {lines[0].strip()[:40]!r}")
         if any(map(_STEP.fullmatch, lines)) and any(map(_is_names, lines)):
-            return Match(0.9, "a line 'Step No. …' and the names of UMT's channels, such as 'Fx,Fz,Z'")
+            return Match(0.9, "a line 'Step No. …' and UMT channel names, such as 'Fx,Fz,Z'")
         return Match(0.0, "the first line is not 'Created by CETR Data Viewer …', and no step follows")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
@@ -148,13 +145,14 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
             segments.append(Segment(rows, _layout(text, rows, head, hints), _setting(block.head, "Data Count")))
         elif segments:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found numbers without names above; expected a step "
-                "to begin with its names, such as 'Fx,Fz,Z,T'; correct that line, or export the test again"
+                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected "
+                "column names at the beginning of the step, such as 'Fx,Fz,Z,T'; correct that line, or export "
+                "the test again"
             )
     if not segments:
         raise ReaderError(
-            f"{text.name}: found no rows of numbers below the names of UMT's channels; expected a step with names such "
-            "as 'Fx,Fz,Z,T', units and numbers; export the test again with its data"
+            f"{text.name}: found no data rows below the UMT channel names; expected a step with column names such "
+            "as 'Fx,Fz,Z,T', units and data; export the test again with its data"
         )
     refuse_torn_rows(text, segments, blocks)
     return segments
@@ -175,21 +173,12 @@ def _layout(text: Text, block: Block, head: Sequence[str], hints: Hints) -> Layo
     names = trimmed(_cells(line, separator))
     if len(below) > 1:
         raise ReaderError(
-            f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the numbers; expected one "
-            "row of units below the names; correct that line"
+            f"{text.name}, line {line_at(text, block.start)}: found {below[-1][:40]!r} above the data; expected "
+            "one row of units below the column names; correct that line"
         )
     units = _cells(below[0], separator) if below else []
-    rows = sample_rows(text, block, separator)
-    return Layout(
-        separator=separator,
-        decimal=hints.decimal or decimal_sign(rows, separator),
-        names=tuple(names),
-        line=1,
-        header="",
-        width=max(len(names), *(len(row) for row in rows if not any(row[len(names) :])), 0),
-        least=len(names),
-        units=_placed(units, names, separator),
-    )
+    layout = row_layout(text, block, names, separator, hints.decimal)
+    return replace(layout, units=_placed(units, names, separator))
 
 
 def _placed(units: list[str], names: Sequence[str], separator: str) -> tuple[str, ...]:
@@ -234,7 +223,7 @@ def _missing_steps(blocks: Sequence[Block], segments: Sequence[Segment]) -> list
     claimed = _setting(lines, "Total number of steps")
     if claimed is None or claimed <= len(segments):
         return []
-    return [f"the header declares {claimed} steps, of which {len(segments)} have rows"]
+    return [f"the header declares {claimed} steps; {len(segments)} of them contain data"]
 
 
 def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict[str, str], list[str]]:
@@ -249,7 +238,7 @@ def _facts(blocks: Sequence[Block], columns: Sequence[ReadColumn]) -> tuple[dict
         facts["started"] = started
     elif dated:
         notes.append(
-            "the start time of the test is not taken from the header, since its dates are not in the form '12 May 2022'"
+            "the start time of the test is not taken from the header, since the date is not in the form '12 May 2022'"
         )
     load = _load(lines, columns)
     if load:

@@ -22,7 +22,7 @@ from dataclasses import replace
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.headed_tables import head_lines, refused
+from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import PLACEHOLDER
@@ -50,18 +50,15 @@ class WinducomReader:
     holds: Holds = "signals"
     suffixes = (".dwf",)
 
-    def match(self, source: SourceFile) -> Match:
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
         """Judge by the padded header that starts with TIME, and by the first row where there is one."""
-        try:
-            lines = head_lines(source)
-        except ReaderError as error:
-            return refused(source, error)
         if not lines or not _HEADER.fullmatch(lines[0]):
-            return Match(0.0, "the first line does not name TIME and other channels as WINDUCOM does")
+            return Match(0.0, "the first line does not contain TIME and other channel names as in WINDUCOM files")
         # A last line may be cut: it is for reading to say so.
         if len(lines) > 2 and not _ROW.fullmatch(lines[1]):
-            return Match(0.2, "channels are named as WINDUCOM does, but rows are not '0,9150; 4,80;;'")
-        return Match(0.95, "channels are named and rows are closed as WINDUCOM does")
+            return Match(0.2, "the channel names are as in WINDUCOM files, but the rows are not '0,9150; 4,80;;'")
+        return Match(0.95, "the channel names and rows are as in WINDUCOM files")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is cut or no WINDUCOM table."""
@@ -77,8 +74,8 @@ def _layout(text: Text, hints: Hints) -> Layout:
     # A header without its last separator may be cut in the middle of a name.
     if len(names) < 3 or names[0] != "TIME" or names[-1] or not all(names[:-1]):
         raise ReaderError(
-            f"{text.name}, line 1: found {header.strip()[:60]!r}; expected WINDUCOM's names of channels, such as "
-            "'TIME;          FF;'; name another reader in run.toml, or copy the file again from the instrument"
+            f"{text.name}, line 1: found {header.strip()[:60]!r}; expected WINDUCOM channel names, such as "
+            "'TIME;          FF;'; specify another reader in run.toml, or copy the file again from the instrument"
         )
     width = len(names) + 1
     return Layout(separator, hints.decimal or ",", tuple(names), line=2, header=header, width=width, least=width)

@@ -63,7 +63,7 @@ _SIGNALS: dict[str, tuple[SignalName, str]] = {
     "load": ("normal_force", "force"),
     "strokeslidingspeedaveragevaluecurrent": ("sliding_speed", "speed"),
 }
-"""By name: the signal, and the kind of unit that it must have."""
+"""Signal and kind of unit by column name."""
 
 
 def with_srv_meanings(table: ReadTable) -> ReadTable:
@@ -108,15 +108,15 @@ class WorkbookReader:
         head = source.content[:_HEAD_BYTES]
         if head.startswith(_ZIP):
             if head.startswith(b"mimetype", 30) and _ODS_TYPE in head[:512]:
-                return Match(0.95, "a zip file that calls itself an OpenDocument spreadsheet")
+                return Match(0.95, "a zip file declared as an OpenDocument spreadsheet")
             if _MEMBER_OF_XLSX.search(head):
                 return Match(0.95, "a zip file with members below xl/, as Excel writes them")
             return Match(0.1, "a zip file without the members of a spreadsheet")
         if head.startswith(_OLE2):
             if any(name in head or name in _directory(source.content) for name in _STREAMS):
-                return Match(0.95, "an OLE2 file with a stream that holds a workbook")
-            return Match(0.1, "an OLE2 file without a workbook in it")
-        return Match(0.0, "neither a zip file nor an OLE2 file, as spreadsheets are")
+                return Match(0.95, "an OLE2 file with a workbook stream")
+            return Match(0.1, "an OLE2 file without a workbook stream")
+        return Match(0.0, "neither a zip file nor an OLE2 file")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` where it is damaged or locked, or holds no table, or several."""
@@ -141,7 +141,9 @@ class WorkbookReader:
         """Return the cells of the first visible sheet, between tabs; ``ReaderError`` where none holds anything."""
         visible = [sheet["text"] for sheet in _filled_sheets(source, ".") if sheet["visible"]]
         if not visible:
-            raise ReaderError(f"{source.name}: found no visible sheet with anything in it; expected a table; fill one")
+            raise ReaderError(
+                f"{source.name}: found no visible sheet with data; expected a table; add the data to a visible sheet"
+            )
         return str(visible[0])
 
     def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
@@ -192,7 +194,7 @@ def _refuse_bombs(source: SourceFile) -> None:
             size = sum(member.file_size for member in archive.infolist())
     except Exception as error:  # noqa: BLE001 - damaged archives raise more than BadZipFile
         raise ReaderError(
-            f"{source.name}: found a damaged zip file ({error}); expected a whole workbook; {_REMEDY}"
+            f"{source.name}: found a damaged zip file ({error}); expected a complete workbook; {_REMEDY}"
         ) from None
     if size > _MOST_BYTES:
         raise ReaderError(
@@ -206,7 +208,7 @@ def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
     _refuse_bombs(source)
     if find_spec("python_calamine") is None:
         raise ReaderError(
-            f"{source.name}: found a spreadsheet; expected the package python-calamine, which reads it, to be "
+            f"{source.name}: found a spreadsheet; expected the package python-calamine to be "
             'installed; run pip install "tribopipe[excel]"'
         )
     answer = json.loads(answer_of("workbook_cells.py", source, decimal, remedy=_REMEDY))
@@ -233,14 +235,14 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
     if reasons:
         raise reasons[0]
     raise ReaderError(
-        f"{source.name}: found no visible sheet with anything in it; expected a row of names and rows of numbers; save "
+        f"{source.name}: found no visible sheet with data; expected a header row and data rows; save "
         "the workbook again with its data"
     )
 
 
 def _without_numbers(text: Text) -> ReaderError:
     return ReaderError(
-        f"{text.name}: found no column that contains only numbers; expected a row of names and rows of numbers; save "
+        f"{text.name}: found no column that contains only numbers; expected a header row and data rows; save "
         "the workbook with the record of the test in a separate sheet"
     )
 
@@ -251,7 +253,7 @@ def _with_times(table: ReadTable) -> ReadTable:
     for column in table.columns:
         found = _durations(column) or _since_first(column, known=any(map(is_time, table.columns)))
         if found:
-            notes.append(f"column {column.name!r} holds {found[1]}; they are converted to seconds")
+            notes.append(f"column {column.name!r} contains {found[1]}, which are converted to seconds")
         columns.append(found[0] if found else column)
     return replace(table, columns=tuple(columns), notes=tuple(notes))
 

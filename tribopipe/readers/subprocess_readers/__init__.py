@@ -16,7 +16,7 @@ from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.results.run import SourceFile
 
 _LEAST_SECONDS = 20.0
-"""By the clock, which runs on while other programs compute."""
+"""Limit of elapsed (wall-clock) time, which includes the time of other programs."""
 _LEAST_SECONDS_OF_WORK = 2
 _BYTES_A_SECOND = 1_000_000
 _LEAST_MEMORY = 1 << 30
@@ -61,4 +61,4 @@ def _answer(program: str, name: str, size: int, arguments: Sequence[str], remedy
 
 
 def _damaged(name: str, why: str, remedy: str) -> ReaderError:
-    return ReaderError(f"{name}: found a file that cannot be read ({why}); expected a whole one; {remedy}")
+    return ReaderError(f"{name}: found a file that cannot be read ({why}); expected a complete file; {remedy}")

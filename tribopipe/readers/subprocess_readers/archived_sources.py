@@ -28,7 +28,7 @@ Opener = Callable[[], Any]
 _MAGIC = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCKS = (512, 0)
 _HEADER = b"OHDR"
-_NAMELESS = "a file whose name is lost"
+_NAMELESS = "a file of unknown name"
 _MEMBERS = {"file_name", "checksum", "data"}
 _MOST_COMPRESSED = 1100
 """Deflate cannot pack bytes more densely than by this factor."""

@@ -1,4 +1,4 @@
-"""Where a regular expression is found first.
+"""First match of a regular expression.
 
 Standard input is JSON: the pattern, and the texts to be searched one after the other. The answer is JSON, too: the
 index of the first text with a match and what its first group matched, or else the whole match; null where none has one.

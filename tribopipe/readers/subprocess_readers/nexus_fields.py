@@ -1,4 +1,4 @@
-"""What was recorded in a run that tribopipe archived.
+"""Recorded data of a run archived by tribopipe.
 
 The answer is a line of JSON (format, manifest, headers, columns), then the numbers of the columns as float64. Links to
 other files, virtual datasets and external storage are refused; so are arrays larger than the file could hold.
