@@ -393,7 +393,7 @@ def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):
     signals.write_text("".join(lines + lines[1:]), encoding="utf-8")
     found = run_cli("live", sample_run, "--once")
     assert found.exit_code == 1
-    assert "found a time that falls back; expected one test that goes on" in found.stderr
+    assert "found a time that decreases; expected a single continuous test" in found.stderr
 
 
 @pytest.mark.slow

@@ -213,8 +213,8 @@ def fit_joint(problem: JointProblem) -> JointFit:
     variances = np.diag(covariance)
     if not np.all(np.isfinite(variances) & (variances >= 0)):
         raise FitError(
-            "joint fit: found a depth signal from which offset, drift and wear cannot be separated; expected one that "
-            "follows the wear; inspect the depth after preprocessing, or use two-step correction"
+            "joint fit: found a depth signal from which offset, drift and wear cannot be separated; expected a signal "
+            "that follows the wear; inspect the depth after preprocessing, or use two-step correction"
         )
     log_spread, *offset_spreads, drift_spread = np.sqrt(variances)
     duration, end = problem.trace.duration, problem.end.pin_depth

@@ -206,9 +206,9 @@ class VolumeFit:
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c), where Eq. 7 is the friction."""
+    """Covariance of (A, b, c), if friction is from Eq. 7."""
     limits: tuple[str, ...] = ()
-    """What is assumed of the contact."""
+    """Assumptions about the contact."""
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What a crate is as a whole: the root of its graph, and the files that are about it.
+"""Root of the graph of a crate, and the files that describe the crate.
 
 The codebook has every column of its tables and every number of its results in one table. DataCite's fields are JSON
 that repositories take with the files (schema.datacite.org, 4).
@@ -134,7 +134,7 @@ _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 
 class _Summary(NamedTuple):
-    """What is stated about the crate in every form: as dataset.toml has it, or else made of what is in it."""
+    """Description of the crate for every format: from dataset.toml, or else from its content."""
 
     title: str
     description: str
@@ -158,7 +158,7 @@ def describe_root(
         "about",
         list(_about(graph, summary, dataset, document)),
         name="About this data set",
-        description="What the files mean: codebook, schemas, and what repositories ask for.",
+        description="What the files mean: codebook, schemas, and the metadata that repositories require.",
         author=author,
     )
     graph.describe(
