@@ -109,7 +109,7 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
 
 
-def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
+def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None) -> WornBodies:
     """Return depths and volumes of both discs as they were measured: of a width alone no disc's own part follows."""
     worn: dict[str, tuple[BodyWear, ...]] = dict.fromkeys(DISCS, ())
     for one in disc_measurements(run, defaults):

@@ -58,7 +58,7 @@ def datacite(
         "doi": dataset.doi,
         "titles": [{"title": title}],
         "creators": [_creator(person) for person in dataset.creators] or [{"name": _UNKNOWN}],
-        "publisher": _organisation(dataset.publisher) if dataset.publisher else {"name": _UNKNOWN},
+        "publisher": _organisation(dataset.publisher, "publisher") if dataset.publisher else {"name": _UNKNOWN},
         "publicationYear": published[:4],
         "dates": [{"date": published, "dateType": "Issued"}],
         "language": dataset.language,
@@ -94,22 +94,15 @@ def _creator(person: Person) -> dict[str, Any]:
             {"nameIdentifier": link, "nameIdentifierScheme": "ORCID", "schemeUri": "https://orcid.org"}
         ]
     if person.affiliation:
-        said["affiliation"] = [_affiliation(person.affiliation)]
+        said["affiliation"] = [_organisation(person.affiliation, "affiliation")]
     return said
 
 
-def _affiliation(one: Organisation) -> dict[str, str]:
+def _organisation(one: Organisation, role: str) -> dict[str, str]:
     if one.ror is None:
         return {"name": one.name}
-    scheme = {"affiliationIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
-    return {"name": one.name, "affiliationIdentifier": one.ror, **scheme}
-
-
-def _organisation(one: Organisation) -> dict[str, str]:
-    if one.ror is None:
-        return {"name": one.name}
-    scheme = {"publisherIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
-    return {"name": one.name, "publisherIdentifier": one.ror, **scheme}
+    scheme = {f"{role}IdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
+    return {"name": one.name, f"{role}Identifier": one.ror, **scheme}
 
 
 def _rights(licence: str) -> dict[str, str]:
