@@ -241,4 +241,4 @@ def test_every_command_takes_a_block_on_a_ring(workspace, run_cli):
     tribopipe("reproduce")
     refused = run_cli("export", "umeshmotion", "ring-1", cwd=workspace)
     assert refused.exit_code == 1
-    assert "touch in a line" in refused.stderr
+    assert "a line contact" in refused.stderr

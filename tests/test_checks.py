@@ -614,7 +614,7 @@ def test_friction_of_zero_through_most_of_a_test_is_named(sound, dead, warns):
         values[: int(dead * len(values))] = 0.0
 
     found = found_by("dead_channel", column("friction_force", without)(sound))
-    assert [(one.where, "found 0 in 60% of the samples" in one.message) for one in found] == (
+    assert [(one.where, "found 0 in 60 % of the samples" in one.message) for one in found] == (
         [("friction_force", True)] if warns else []
     )
 

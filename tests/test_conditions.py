@@ -118,11 +118,11 @@ def test_a_sound_recording_breaks_no_identity(tmp_path):
     [
         (
             {"track_radius": "30 mm"},
-            "conditions.track_radius: found 30 mm stated, but 'Radius' recorded a median of 25",
+            "conditions.track_radius: found 30 mm in run.toml, but a median of 25 mm in column 'Radius'",
         ),
         (
             {"rotational_speed": "328 rpm"},
-            "conditions.rotational_speed: found 328 rpm stated, but 'Speed' recorded a ",
+            "conditions.rotational_speed: found 328 rpm in run.toml, but a median of ",
         ),
     ],
 )
@@ -137,7 +137,7 @@ def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     (told,) = found_in(run)["channels_disagree"]
     assert told.startswith(
         "friction_force: found F_f/F_N = μ violated, with 'friction_force', 'normal_force', 'friction_coefficient': "
-        "the left side is 0.5 times the right side; expected 1 within 5%"
+        "the left side is 0.5 times the right side; expected a ratio of 1 within 5 %"
     )
 
 
@@ -216,7 +216,7 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
     (told,) = found["strokes_differ"]
-    assert told.startswith("conditions.stroke: found 10 mm stated, but 'X' moves by 4.9")
+    assert told.startswith("conditions.stroke: found 10 mm in run.toml, but column 'X' moves by 4.9")
 
 
 def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):

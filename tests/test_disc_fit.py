@@ -347,7 +347,7 @@ def test_run_without_an_end_value_of_the_curved_disc_passes_through(ends):
     fit = fit_discs(exact_run(ends), recipe=recipe())
     assert fit.outcome == "not fitted"
     assert fit.bodies == {}
-    assert fit.lacks == ("a post-test measurement of the crowned disc (depth, track width or volume)",)
+    assert fit.lacks == ("a post-test measurement of the crowned disc (wear depth, track width or wear volume)",)
 
 
 def test_run_without_friction_passes_through_under_sarkar():

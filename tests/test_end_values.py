@@ -215,8 +215,8 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
 @pytest.mark.parametrize(
     ("shape", "end", "conditions", "note"),
     [
-        ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius, or stroke, is missing"),
-        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "does not give the volume of the disc"),
+        ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius or stroke is missing"),
+        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "does not give the wear volume of the disc"),
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth and pin"),
@@ -306,8 +306,8 @@ def test_a_load_is_stated_once():
 @pytest.mark.parametrize(
     ("shape", "end", "where", "message"),
     [
-        ("spherical", {"pin_mass_loss": "1 mg"}, "end_values.pin_mass_loss", "without density"),
-        ("flat", {"disc_mass_loss": "1 mg"}, "end_values.disc_mass_loss", "without density"),
+        ("spherical", {"pin_mass_loss": "1 mg"}, "end_values.pin_mass_loss", "without a density"),
+        ("flat", {"disc_mass_loss": "1 mg"}, "end_values.disc_mass_loss", "without a density"),
         ("spherical", {"pin_wear_volume": "2 mm^3"}, "end_values.pin_wear_volume", "tip with a volume of 1.048 mm³"),
         ("truncated-sphere", {"pin_scar_diameter": "100 um"}, "end_values.pin_scar_diameter", "flat of 120 µm"),
         ("flat", {"pin_profile": {"file": "a.csv"}}, "end_values.pin_profile", "flat pin"),
@@ -324,9 +324,11 @@ def test_what_cannot_be_is_an_error_in_one_sentence(shape, end, where, message):
 
 def test_mass_without_density_is_refused_without_the_checks_as_well():
     run = run_of(described(density=False, pin_mass_loss="1 mg"))
-    with pytest.raises(FitError, match=r"found a mass loss of a pin without density; expected contact\.pin\.density"):
+    with pytest.raises(
+        FitError, match=r"found a mass loss of the pin without a density; expected contact\.pin\.density"
+    ):
         end_wear(run, DEFAULTS)
-    with pytest.raises(FitError, match=r"end_values\.disc_mass_loss: found a mass loss of a disc"):
+    with pytest.raises(FitError, match=r"end_values\.disc_mass_loss: found a mass loss of the disc"):
         end_wear(run_of(described(density=False, disc_mass_loss="1 mg", pin_wear_depth="1 um")), DEFAULTS)
 
 

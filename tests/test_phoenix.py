@@ -126,8 +126,10 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
     with pytest.raises(FitError) as caught:
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)
     said = str(caught.value)
-    assert said.startswith("TEST_2: depth: found a reading that, taken alone, gives a wear of -403.96 ± 0.25 µm; ")
-    assert 'if the reading falls with wear, list the step "turn-over" with signals = ["depth"]' in said
+    assert said.startswith(
+        "TEST_2: depth: found a depth signal that, fitted alone, gives a wear depth of -403.96 ± 0.25 µm; "
+    )
+    assert 'if the signal decreases with wear, add the step "turn-over" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():

@@ -104,7 +104,7 @@ def test_distance_around_a_track_is_as_uncertain_as_its_radius(origin, stated, s
     ("end", "conditions", "note"),
     [
         ({}, {}, "no wear measurement of the pin"),
-        ({"pin_wear_depth": "5 um", "disc_wear_depth": "1 um"}, {}, "track_radius, or stroke, is missing"),
+        ({"pin_wear_depth": "5 um", "disc_wear_depth": "1 um"}, {}, "track_radius or stroke is missing"),
         ({"pin_wear_depth": "5 um"}, {}, "no wear measurement of the disc"),
     ],
 )

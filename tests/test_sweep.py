@@ -353,7 +353,7 @@ def test_another_table_is_not_overwritten_unasked(swept, tmp_path):
     path.write_text("mine\n", encoding="utf-8")
     told = swept(LIFE, "-o", "table.csv")
     assert told.exit_code == 1
-    assert "found a table that is not of this sweep" in told.stderr
+    assert "found the table of another sweep" in told.stderr
     assert path.read_text(encoding="utf-8") == "mine\n"
     assert swept(LIFE, "-o", "table.csv", "--force").exit_code == 0
 
@@ -374,7 +374,7 @@ def test_a_figure_has_a_panel_for_each_thing_asked(swept, tmp_path):
     assert swept(LIFE, "--figure", "life.doc").exit_code == 2
     nothing = swept(LIFE.replace(', "400 mN"', ""), "--figure", "life.svg")
     assert nothing.exit_code == 1
-    assert "found nothing to draw against" in nothing.stderr
+    assert "found no values for the x-axis" in nothing.stderr
 
 
 # --- what is wrong is told in one sentence ---
@@ -389,14 +389,14 @@ WRONG = {
     "two kinds": (CHOICES + "[predictions]\nrun = 'x'\n", "found choices and predictions"),
     "nothing drawn": ("repeats = 3\n" + CHOICES, "although no value is random"),
     "no repeats": (TESTS.replace("repeats = 2", ""), "repeats: missing"),
-    "a seed": (TESTS + "seed = [1, 2]\n", "expected none, since each repeat has its own"),
+    "a seed": (TESTS + "seed = [1, 2]\n", "expected no seed, since each repeat has its own"),
     "no plan": (TESTS.replace("plan.toml", "plans.toml"), "no such file"),
     "no such run": (TESTS.replace(f'"{RUN}"', '"si3n4-air-20mN"'), f"did you mean '{RUN}'"),
     "not archived": (LIFE.replace(RUN, "si3n4-air-20mN"), f"did you mean '{RUN}'"),
-    "wrong way round": (TESTS.replace('"-15 nm/min", "15', '"15 nm/min", "-15'), "least below greatest"),
+    "wrong way round": (TESTS.replace('"-15 nm/min", "15', '"15 nm/min", "-15'), "a minimum less than the maximum"),
     "half a range": (TESTS.replace('"-15 nm/min", ', ""), "expected [minimum, maximum]"),
     "odd distribution": (TESTS.replace("uniform = [", "normal = 1, uniform = ["), "expected { uniform"),
-    "drawn words": (TESTS + "id = { uniform = ['a', 'b'] }\n", "what is no number"),
+    "drawn words": (TESTS + "id = { uniform = ['a', 'b'] }\n", "a key that is not numeric"),
     "wrong unit": (LIFE.replace('"1 km"', '"1 s"'), "predictions.at: found the unit 's'"),
     "endless": (TESTS.replace("repeats = 2", "repeats = 2000000"), "expected at most 1000000"),
 }

@@ -265,7 +265,7 @@ def test_example_runs_as_the_readme_says(tmp_path, run_id, friction, jtyp):
     first, *others = ([float(number) for number in line.split()] for line in done.stdout.splitlines())
     assert len(others) == 2
     readme = " ".join((tmp_path / "README.txt").read_text(encoding="ascii").split())
-    assert f"{first[1]:.6g} mm of the first node in the first increment" in readme
+    assert f"{first[1]:.6g} mm at the first node in the first increment" in readme
     assert "NOT RUN IN ABAQUS" in readme
 
 
@@ -419,7 +419,7 @@ def test_folder_of_discs_is_exported_with_a_given_k_d(run_cli, tmp_path):
     assert names_in(tmp_path / "out") == FILES | {"harness/streamlines.dat"}
     turns = 2e6 * 2 * math.pi * 4e-3 / 0.8
     assert f"{turns:.9g}" in (tmp_path / "out/umeshmotion.inp").read_text(encoding="ascii")
-    assert "2 µm wide" in done.output
+    assert "elements of 2 µm" in done.output
 
 
 def test_nothing_is_replaced_unless_told_to(run_cli, tmp_path):
@@ -446,8 +446,8 @@ def test_k_d_of_discs_is_turned_into_that_of_eq_9(run_cli, disc_archive, tmp_pat
     assert told["wear_coefficient"]["standard_uncertainty"] / same.bodies["curved_disc"].value == pytest.approx(
         own.standard_uncertainty / own.value
     )
-    assert "cylindrical disc wore too" in done.stderr
-    assert "and turned into volume-conserving, as Eq. 9 has it" in comments_of(tmp_path / "out")
+    assert "cylindrical disc wore as well" in done.stderr
+    assert "and converted to volume-conserving, as in Eq. 9" in comments_of(tmp_path / "out")
 
 
 @pytest.mark.parametrize(

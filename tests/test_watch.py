@@ -156,7 +156,7 @@ def test_what_no_reader_knows_is_named_once_and_again_when_it_changes(bench):
     bench.put("notes.txt", b"the disc rang\n")
     bench.look()
     (told,) = bench.told(SETTLE)
-    assert told.text.startswith("notes.txt: no run is made of it; found no known format")
+    assert told.text.startswith("notes.txt: no run was created from it; found no known format")
     bench.put("notes.txt", b"the disc rang again\n")
     assert bench.settled() == [("left", "notes.txt", None)]
     bench.put("notes.txt", export(3))
@@ -171,7 +171,7 @@ def test_the_same_bytes_under_another_name_are_the_same_run(bench):
     assert bench.settled() == [("same", "c.csv", "a")]
     bench.put("d.csv", export(1))
     bench.look()
-    assert [event.text for event in bench.told(SETTLE)] == ["d.csv: holds the bytes of a.csv, which is run a"]
+    assert [event.text for event in bench.told(SETTLE)] == ["d.csv: same content as a.csv, which is run a"]
     assert list(bench.made) == bench.taken == ["a"]
 
 
@@ -221,7 +221,7 @@ def test_a_run_that_lacks_something_is_processed_once_that_is_filled_in(bench):
     bench.look()
     (told,) = bench.told(SETTLE)
     assert told.kind == "waiting"
-    assert "still missing: conditions.normal_load; it is processed once" in told.text
+    assert "still to be filled in: conditions.normal_load; it is processed after" in told.text
     bench.start()
     assert bench.settled() == []
     manifest = bench.runs / "a" / "run.toml"
@@ -338,10 +338,10 @@ def test_an_export_goes_through_the_line_and_on(tmp_path):
     bench.put("a.csv", export(1, rows=60))
     bench.look()
     made, done = bench.told(SETTLE)
-    assert made.text == "a.csv: run a-2, as the file went on after run a was made of it"
+    assert made.text == "a.csv: run a-2, since the file continued after run a was created from it"
     archive = Archive(bench.lab.archive)
     assert archive.ids() == ["a", "a-2"]
-    assert archive.bad("a").reason == "its file went on after it was archived; run a-2 has the whole"
+    assert archive.bad("a").reason == "its file continued after it was archived; run a-2 contains the complete test"
     assert archive.bad("a-2") is None
     archive.path("a-2").write_bytes(b"damaged")
     bench.put("a.csv", export(1, rows=80))
@@ -477,7 +477,7 @@ def test_once_deals_with_what_is_there_and_says_so(run_cli, lab):
         ("left", "notes.txt", None),
         ("done", "a.csv", "a"),
     ]
-    assert done.stderr.splitlines()[-1] == "1 archived, 1 left alone"
+    assert done.stderr.splitlines()[-1] == "1 archived, 1 ignored"
     assert (lab / "runs" / "a" / "a.csv").read_bytes() == export(1)
     again = run_cli(*command)
     assert (again.exit_code, again.stdout, again.stderr) == (0, "", "")
@@ -486,7 +486,7 @@ def test_once_deals_with_what_is_there_and_says_so(run_cli, lab):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["away"], "found no folder there"),
+        (["away"], "found no folder at this path"),
         (["in", "--runs", "."], "found it within the folder of runs or the archive"),
         (["in", "--template", "run.toml"], "run.toml"),
     ],

@@ -1,4 +1,4 @@
-"""From signals and post-test measurements to results: preprocessing, checks, drift, friction, wear, studies.
+"""Evaluation of signals and post-test measurements: preprocessing, checks, drift, friction, wear, studies.
 
 Knows no file and no picture. Imports ``contacts``, ``results`` and what these use.
 """

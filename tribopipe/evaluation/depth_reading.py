@@ -51,8 +51,8 @@ def sliding_time(distance: Column, time: Column) -> tuple[float, float]:
     """Return when sliding began, by the mean speed, and how long it lasted until the last sample, s."""
     if not distance[-1] > distance[0] or not time[-1] > time[0]:
         raise FitError(
-            "drift correction: found no sliding between first and last sample of depth; expected time and "
-            "sliding distance to grow; check both columns"
+            "drift correction: found no sliding between the first and last depth samples; expected increasing "
+            "time and sliding distance; check both columns"
         )
     start = time[0] - distance[0] * (time[-1] - time[0]) / (distance[-1] - distance[0])
     return float(start), float(time[-1] - start)
@@ -64,8 +64,8 @@ def require_samples(run: RawRun) -> NDArray[np.bool_]:
     seen = placed & np.isfinite(run.columns["depth"])
     if np.count_nonzero(seen) < FEWEST_SAMPLES:
         raise FitError(
-            f"{run.id}: found {np.count_nonzero(seen)} samples of depth; expected at least {FEWEST_SAMPLES} for "
-            "a drift correction; record at a higher rate"
+            f"{run.id}: found {np.count_nonzero(seen)} valid depth samples; expected at least {FEWEST_SAMPLES} for "
+            "drift correction; use a higher sampling rate"
         )
     return np.asarray(seen)
 
@@ -76,9 +76,9 @@ class DepthRecord:
 
     samples: DepthSamples
     start: float
-    """When sliding began, s."""
+    """Time at the start of sliding, s."""
     duration: float
-    """How long it lasted, s."""
+    """Duration of sliding, s."""
     slid: float
     """Sliding distance at the end, m, whether or not depth was still recorded there."""
     stops: tuple[float, ...]

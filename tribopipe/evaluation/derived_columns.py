@@ -46,7 +46,7 @@ def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest)
         raise ReaderError(
             "found neither time nor sliding_distance among the signals; expected at least one; "
             "map one under [signals.columns] in run.toml; a count of cycles is mapped as rotations, with track_radius, "
-            "stroke or the ring's radius known"
+            "stroke or the radius of the ring stated"
         )
     if not have_distance:
         _derive_distance(columns, origins, manifest)

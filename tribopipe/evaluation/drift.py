@@ -65,10 +65,10 @@ class SensorTrace:
     slid: float
     """Sliding distance at the end of the run, m, whether or not depth was still recorded there."""
     zero_offset: Quantity
-    """By the best estimates; its u is that of the noise in the first samples."""
+    """Zero offset from the best estimates; u from the noise in the first samples."""
     end_reading: Quantity
     unworn_end: float = 0.0
-    """What the sensor would read at the end had nothing worn, m, by the best estimates."""
+    """Depth signal expected at the end without wear, m, from the best estimates."""
     lean: float = 0.0
     """Metres by which the zero offset falls for each metre that ``unworn_end`` is higher."""
 
@@ -235,9 +235,9 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
             code="reading_contradicts_measurement",
             where="depth",
             message=(
-                f"found both discs worn by {read.shown('um')} according to the depth reading and by "
-                f"{measured.shown('um')} as measured after the test, {abs(deviation):.1f} standard uncertainties "
-                "apart: the reading is not used, and k_D of both is from the measurements"
+                f"found a total wear depth of both discs of {read.shown('um')} from the depth signal and of "
+                f"{measured.shown('um')} from the post-test measurements, {abs(deviation):.1f} standard uncertainties "
+                "apart: the depth signal is not used, and k_D of both discs is from the measurements"
             ),
             remedy="check for thermal drift, an unmeasured disc, and wrong units",
         )

@@ -101,9 +101,9 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
 def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
     """Return the steady value of a run whose sliding distance is unknown."""
     if len(mu) < _FEWEST_SAMPLES:
-        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} friction samples are too few to fit",))
     mean, deviation = _vendor_statistics(mu)
-    unknown = "the sliding distance is not known: give conditions.sliding_speed for a running-in distance"
+    unknown = "the sliding distance is unknown: state conditions.sliding_speed for a running-in distance"
     steady = _steady_only(mu, (unknown,), None)
     return steady.model_copy(update={"load": _load(run), "mean": mean, "standard_deviation": deviation})
 
@@ -188,7 +188,7 @@ def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
 
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     if len(mu) < _FEWEST_SAMPLES:
-        return FrictionFit(outcome="none", notes=(f"{len(mu)} samples of friction are too few to fit",))
+        return FrictionFit(outcome="none", notes=(f"{len(mu)} friction samples are too few to fit",))
     window = (_metres(float(distance[0])), _metres(float(distance[-1])))
     if np.median(mu) < 0:
         return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
@@ -221,7 +221,7 @@ def _steady_only(mu: Column, reasons: tuple[str, ...], window: tuple[Quantity, Q
     variance = float(parameter_covariance(np.ones((1, len(later))), later - mean, independent)[0, 0])
     return FrictionFit(
         outcome="steady-only",
-        notes=(*reasons, "the steady value is the mean of the second half"),
+        notes=(*reasons, "the steady-state value is the mean of the second half"),
         steady_state=_ratio(mean, math.sqrt(variance)),
         window=window,
         residual_deviation=_ratio(deviation),
@@ -257,7 +257,7 @@ def _bounds(distance: Column, mu: Column) -> Column:
 
 
 class _Minimum(NamedTuple):
-    """Where the sum of squares is least: A, b and ln c, and what the curve leaves there."""
+    """Minimum of the sum of squares: A, b and ln c, and the residuals there."""
 
     parameters: Column
     residuals: Column

@@ -1,1 +1,1 @@
-"""What goes with the pipeline: live tests, watched folders, sweeps, simulation, Abaqus, research data."""
+"""Additions to the pipeline: live tests, watched folders, sweeps, simulation, Abaqus, research data."""

@@ -29,12 +29,12 @@ _POSITION = re.compile(r"(?:xyz)?[xy](?:position)?|position|wegx|weg")
 
 
 class Channel(NamedTuple):
-    """What was recorded of one quantity."""
+    """Recorded channel of one quantity."""
 
     label: str
     """The signal, or the name of the column."""
     values: Column
-    """In SI."""
+    """Values in SI units."""
     unit: str
     """SI unit."""
     shown_in: str

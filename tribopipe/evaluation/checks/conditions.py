@@ -147,8 +147,8 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
         if recorded is not None and abs(recorded - stated.value) > _allowed(name, stated, channel):
             yield Trouble(
                 f"conditions.{name}",
-                f"found {channel.shown(stated.value)} stated, but {channel.label!r} recorded a median of "
-                f"{channel.shown(recorded)}; expected the same within {_TOLERANCE:.0%}",
+                f"found {channel.shown(stated.value)} in run.toml, but a median of {channel.shown(recorded)} in column "
+                f"{channel.label!r}; expected agreement within {100 * _TOLERANCE:.0f} %",
                 f"correct {name}, or the unit of the column",
             )
 
@@ -164,8 +164,8 @@ def stated_speeds_differ(run: RawRun) -> Iterator[Trouble]:
     yield Trouble(
         "conditions.sliding_speed",
         f"found {stated.shown('mm/s')}, but {how} give {moved.shown('mm/s')}; expected the same within "
-        f"{_TOLERANCE:.0%}",
-        "correct one of them; the stated sliding speed is used, and means the average speed",
+        f"{100 * _TOLERANCE:.0f} %",
+        "correct one of them; the stated sliding speed is used, as the average speed",
     )
 
 
@@ -209,7 +209,7 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 labels[recorded[0]],
                 f"found {identity.formula} violated, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
-                f"times the right side; expected 1 within {tolerance:.0%}",
+                f"times the right side; expected a ratio of 1 within {100 * tolerance:.0f} %",
                 "check the units and scales of these columns and values",
             )
 
@@ -260,7 +260,7 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 "conditions.frequency",
                 f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
-                f"expected the stated {stated:.4g} Hz within {_TOLERANCE:.0%}",
+                f"expected the stated {stated:.4g} Hz within {100 * _TOLERANCE:.0f} %",
                 "correct frequency, in reciprocating cycles per second; the sliding distance is computed from it",
             )
     if conditions.stroke is not None:
@@ -283,8 +283,8 @@ def _stroke_length(run: RawRun, strokes: list[Stroke], stated: float) -> Iterato
     if channel is not None and span > _STROKE_TOLERANCE * stated and abs(span - stated) > _STROKE_TOLERANCE * stated:
         yield Trouble(
             "conditions.stroke",
-            f"found {channel.shown(stated)} stated, but {channel.label!r} moves by {channel.shown(span)} per stroke; "
-            f"expected the same within {_STROKE_TOLERANCE:.0%}",
+            f"found {channel.shown(stated)} in run.toml, but column {channel.label!r} moves by {channel.shown(span)} "
+            f"per stroke; expected agreement within {100 * _STROKE_TOLERANCE:.0f} %",
             "correct stroke, the distance from one turning point to the next",
         )
 
@@ -308,7 +308,7 @@ def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             found.name,
             f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
             "stroke is computed; expected conditions.stroke",
-            'add conditions.stroke = "10 mm" or the like: means over whole strokes include the turning points',
+            'add conditions.stroke = "10 mm" or the like: means over complete strokes include the turning points',
         )
     signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
     if found is None and signed is not None:

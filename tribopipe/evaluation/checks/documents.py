@@ -29,8 +29,8 @@ def implausible_density(run: RawRun) -> Iterator[Trouble]:
         as_meant = Quantity(value=meant, unit=density.unit).shown("g/cm^3")
         yield Trouble(
             f"{where}.density",
-            f"found {density.shown('kg/m^3')}; expected the density of a solid, 30 to 23000 kg/m³",
-            f"probably {as_meant} was meant",
+            f"found {density.shown('kg/m^3')}; expected the density of a solid, 30 to 23,000 kg/m³",
+            f"did you mean {as_meant}?",
         )
 
 
@@ -126,8 +126,8 @@ def missing_input(run: RawRun) -> Iterator[Trouble]:
     if run.manifest.contact is None:
         yield Trouble(
             "contact",
-            "found no [contact]; expected the two bodies for a wear coefficient",
-            "describe them unless only friction is of interest",
+            "found no [contact]; expected both bodies, which a wear coefficient requires",
+            "describe both bodies, unless only friction is of interest",
         )
         return
     yield from _needed_of_a_pin(run) if run.manifest.contact.sensor_tells else _needed_of_discs(run)
@@ -140,11 +140,13 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
             "end_values",
             "found no wear measurement of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or "
             "profile; without one the wear coefficient is from the depth sensor alone",
-            "add one if it was measured",
+            "add the measurement if there is one",
         )
     if "depth" not in run.columns:
         yield Trouble(
-            "signals", "found no depth; expected one for a wear coefficient", "map a column if it was recorded"
+            "signals",
+            "found no depth signal; expected a depth signal, which a wear coefficient requires",
+            "map its column if it was recorded",
         )
 
 
@@ -157,7 +159,7 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
             "end_values",
             "found no wear measurement of the crowned disc; expected its depth, track width, volume or profile for a "
             "wear coefficient",
-            "add one if it was measured",
+            "add the measurement if there is one",
         )
     elif not any(name.startswith("flat_disc_") for name in measured):
         yield Trouble(
@@ -175,7 +177,7 @@ def reader_assumption(run: RawRun) -> Iterator[Trouble]:
         if AT_A_LEVER not in note:
             yield Trouble(
                 "signals",
-                f"found an assumption in reading: {note}; expected an unambiguous file",
+                f"found an assumption made in reading the file: {note}; expected an unambiguous file",
                 "check the assumption; run.toml can specify how to read the file",
             )
 
@@ -187,8 +189,8 @@ def friction_lever(run: RawRun) -> Iterator[Trouble]:
         if AT_A_LEVER in note:
             yield Trouble(
                 "signals",
-                f"found a force, whose lever is not known: {note}; expected the friction torque",
-                "map the torque, or multiply the force by the length of its lever",
+                f"found a force with an unknown lever arm: {note}; expected the friction torque",
+                "map the torque, or multiply the force by its lever arm",
             )
 
 
@@ -214,8 +216,8 @@ def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
     if silent:
         yield Trouble(
             ", ".join(silent),
-            "found no standard_uncertainty; expected one",
-            "state it; otherwise the default of the recipe is used",
+            "found no standard_uncertainty; expected a standard uncertainty",
+            "state it; otherwise the default from the recipe is used",
         )
 
 

@@ -44,8 +44,8 @@ def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Ite
         if getattr(end, f"{role}_mass_loss") is not None and body.density is None:
             yield Trouble(
                 f"{where}.{role}_mass_loss",
-                f"found a mass loss of a {name} without density; expected contact.{name}.density, which converts it "
-                "to a volume",
+                f"found a mass loss of the {name} without a density; expected contact.{name}.density, which converts "
+                "it to a wear volume",
                 'add density = "3.21 g/cm^3" or the like',
             )
 
@@ -59,7 +59,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
                 f"{where}.pin_profile",
                 "found a profile of a flat pin or block, which has no unworn surface to level it on; expected a "
                 "spherical tip",
-                "give pin_wear_depth or pin_mass_loss instead",
+                "use pin_wear_depth or pin_mass_loss instead",
             )
         return
     most = float(scar_depth(scar_radius=tip.radius, sphere_radius=tip.radius, flat_radius=tip.flat_radius))
@@ -68,7 +68,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
         yield Trouble(
             f"{where}.{'pin_wear_volume' if end.pin_wear_volume is not None else 'pin_mass_loss'}",
             f"found a wear volume of {volume.shown('mm^3')} on a tip with a volume of "
-            f"{show(held, None, 'm^3', 'mm^3')}; expected wear within the tip",
+            f"{show(held, None, 'm^3', 'mm^3')}; expected a wear volume smaller than that of the tip",
             "check both units",
         )
     scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
@@ -156,8 +156,8 @@ def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
                 "end_values",
-                f"found a total wear of both discs of {first.shown('um')} from {one}, and of {second.shown('um')} "
-                f"from {other}; expected agreement within 20 % for a common flat",
+                f"found a total wear depth of both discs of {first.shown('um')} from {one}, and of "
+                f"{second.shown('um')} from {other}; expected agreement within 20 % for a common flat",
                 "repeat the measurement, measure both discs, or check the units",
             )
 

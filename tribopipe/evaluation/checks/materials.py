@@ -72,7 +72,7 @@ _SUBSCRIPTS = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
 
 
 class Expected(NamedTuple):
-    """What a material of this name is expected to have."""
+    """Expected properties of a material."""
 
     title: str
     modulus: Range

@@ -22,7 +22,7 @@ from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
 
 _FAR_OFF = 10.0
-"""By this factor beyond its range a modulus is in a wrong unit."""
+"""Factor beyond its range from which a modulus is taken to be in a wrong unit."""
 _YIELDING = 0.6
 """Mean pressure over hardness: yield begins at 0.4, full plasticity at 1 (K. L. Johnson, Contact Mechanics, §6.3)."""
 _SAME = 0.01
@@ -46,7 +46,7 @@ class _Property(NamedTuple):
     key: str
     shown: str
     value: float
-    """In the unit of the range."""
+    """Value in the unit of the range."""
     expected: Range
     unit: str
 
@@ -105,14 +105,16 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
     stated = None if pin.diameter is None else pin.diameter.value
     if stated is not None and abs(radius / stated - 1) < _SAME:
         found = f"a radius of {pin.radius.shown('mm')}, which is the diameter of the pin"
-        return Trouble("contact.pin.radius", f"found {found}; expected half of it for a ball", "give half the diameter")
+        return Trouble(
+            "contact.pin.radius", f"found {found}; expected half the diameter for a ball", "enter half the diameter"
+        )
     if stated is None and _is_ball(radius) and not _is_ball(twice):
         found = f"{pin.radius.shown('mm')}, a ball of {show(twice, None, 'm', 'mm')} in diameter"
         return Trouble(
             "contact.pin.radius",
             f"found {found}, which is unusual; expected the radius, since {show(radius, None, 'm', 'mm')} is a common "
             "diameter",
-            "give half the diameter of the ball; if the radius is correct, state contact.pin.diameter",
+            "enter half the diameter of the ball; if the radius is correct, state contact.pin.diameter",
         )
     return None
 
@@ -133,8 +135,8 @@ def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
     return Trouble(
         "contact.pin.radius",
         f"found an end face {show(2 * pin.radius.value, None, 'm', 'mm')} wide on a pin of "
-        f"{pin.diameter.shown('mm')}; expected an end face within the pin",
-        "give half the diameter of the end",
+        f"{pin.diameter.shown('mm')}; expected an end face no wider than the pin",
+        "enter half the diameter of the end face",
     )
 
 
@@ -205,8 +207,8 @@ def initial_yielding(run: RawRun) -> Iterator[Trouble]:
     shown, limit = (Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, _YIELDING * softer.hardness))
     yield Trouble(
         "conditions.normal_load",
-        f"found a mean contact pressure of {shown} at the start; expected less than {limit}, {_YIELDING:.0%} of "
-        f"{softer.words}",
+        f"found a mean contact pressure of {shown} at the start; expected less than {limit}, {100 * _YIELDING:.0f} % "
+        f"of {softer.words}",
         "check load, radius and Young's moduli with their units, and vickers_hardness",
     )
 
@@ -225,9 +227,9 @@ def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         if overall is not None and steady is not None and abs(body.steady_deviation or 0.0) > CLEARLY:
             yield Trouble(
                 f"interruptions, end_values of the {spoken(name)}",
-                f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady one of "
-                f"{steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
-                "report the steady rate for long tests; the overall rate and k_D apply to this distance only",
+                f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a steady-state rate "
+                f"of {steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
+                "report the steady-state rate for long tests; the overall rate and k_D apply to this distance only",
             )
 
 
@@ -245,7 +247,7 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                         f"interruptions, end_values of the {spoken(name)}",
                         f"found less wear after {interval.end.shown('m')} than after {interval.start.shown('m')}; "
                         "expected the total wear since the start of the test in each measurement",
-                        "add up the values, if each is the loss since the one before",
+                        "add up the values if each is the loss since the previous measurement",
                     )
 
 
@@ -335,7 +337,7 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "conditions.stroke",
             f"found a stroke of {stroke.shown('mm')}, not longer than {what} of {show(longest, None, 'm', 'mm')}; "
-            "expected a longer one, since parts of both bodies never leave the contact (fretting)",
+            "expected a longer stroke, since parts of both bodies never leave the contact (fretting)",
             "check both units; in fretting, report the wear volumes and do not predict depths from k_D",
         )
 
@@ -377,9 +379,10 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             f"end_values.{name}",
             f"found {scar.shown('um')}, where the elastic contact without wear is {show(start, None, 'm', 'um')} wide: "
-            f"about {share:.0%} of the volume under the scar is elastic deflection; expected a scar at least "
+            f"about {100 * share:.0f} % of the volume under the scar is elastic deflection; expected a scar at least "
             f"{_ELASTIC ** (-1 / power):.1f} times as wide",
-            "treat volume and k_D as too large by about this share; give a profile or a depth instead, or test longer",
+            "treat volume and k_D as too large by about this share; state a profile or a wear depth instead, or run a "
+            "longer test",
         )
 
 

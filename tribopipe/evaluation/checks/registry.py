@@ -1,4 +1,4 @@
-"""How a check is registered, and how all of them are run.
+"""Registration of checks, and the function that runs all of them.
 
 A package adds checks by an entry point in the group ``tribopipe.checks`` whose value is a module that registers them;
 tribopipe's own modules are declared the same way.
@@ -21,7 +21,7 @@ GROUP = "tribopipe.checks"
 
 
 class Trouble(NamedTuple):
-    """What a check has to state: where, what was found and expected, how to correct it."""
+    """Result of a check: location, what was found and expected, and the remedy."""
 
     where: str
     message: str

@@ -67,7 +67,7 @@ def _shown(name: SignalName, value: float) -> str:
 def no_samples(run: RawRun) -> Iterator[Trouble]:
     """Refuse a run of one sample or none."""
     if len(run) < _FEWEST:
-        yield Trouble("signals", f"found {len(run)} samples; expected at least {_FEWEST}", "export the whole test")
+        yield Trouble("signals", f"found {len(run)} samples; expected at least {_FEWEST}", "export the complete test")
 
 
 @check("error")
@@ -77,7 +77,7 @@ def empty_channel(run: RawRun) -> Iterator[Trouble]:
         if len(values) and not np.any(np.isfinite(values)):
             yield Trouble(
                 name,
-                "found no number in the whole column; expected a recorded signal",
+                "found no numeric values in the column; expected a recorded signal",
                 "map the column that contains it, or remove the signal from run.toml",
             )
 
@@ -120,7 +120,7 @@ def axis_backward(run: RawRun) -> Iterator[Trouble]:
                 name,
                 f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
                 "from 0 upward",
-                "map the column that counts them",
+                "map the column with the number of rotations",
             )
 
 
@@ -178,8 +178,8 @@ def samples_averaged(run: RawRun) -> Iterator[Trouble]:
     if run.recording is not None:
         yield Trouble(
             "signals",
-            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected few enough "
-            "samples to evaluate each one",
+            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected fewer "
+            "samples, all of which are evaluated",
             "all recorded samples are kept under /entry/recorded",
         )
 
@@ -205,8 +205,8 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} under load, at which the bodies do not touch; "
-            "expected a load above zero",
+            f"found a median of {_shown('normal_force', median)} under load, which means no contact; "
+            "expected a positive load",
             "preprocessing reverses its sign; export compressive loads as positive, or remove the signal",
         )
 
@@ -284,7 +284,8 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     if len(repeated):
         yield Trouble(
             "time",
-            f"found {len(repeated)} repeated times, the first at {run.numbered(repeated[0] + 1)}; expected each once",
+            f"found {len(repeated)} repeated times, the first at {run.numbered(repeated[0] + 1)}; expected each time "
+            "once",
             "check for rows exported twice",
         )
 
@@ -313,7 +314,7 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
         if name not in ("depth", "friction_force", "friction_coefficient") or len(seen) <= _FEWEST:
             continue
         zero = float(np.mean(seen == 0)) if name != "depth" else 0.0
-        found = f"0 in {100 * zero:.0f}% of the samples" if zero > _DEAD else None
+        found = f"0 in {100 * zero:.0f} % of the samples" if zero > _DEAD else None
         found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
         if found is not None:
             yield Trouble(name, f"found {found}; expected a varying signal", "check whether the channel was on")
@@ -335,8 +336,8 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
             "friction_coefficient",
-            f"found {negative:.0%} negative values; expected one sign, or strokes that can be separated",
-            "record at least 5 samples per stroke; a mean over both directions is no friction coefficient"
+            f"found {100 * negative:.0f} % negative values; expected one sign, or strokes that can be separated",
+            "record at least 5 samples per stroke; a mean over both directions is not a friction coefficient"
             if reciprocating
             else "state conditions.stroke of a reciprocating test (at least 5 samples per stroke), or zero the force",
         )
@@ -404,15 +405,15 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
-    listed = 'list the step "turn-over" with signals = ["depth"] after the default ones'
-    turn = f"if the reading falls with wear, {listed}; else " if rise < 0 else ""
+    listed = 'add the step "turn-over" with signals = ["depth"] after the default steps'
+    turn = f"if the depth signal decreases with wear, {listed}; else " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
     yield Trouble(
         "depth",
-        f"found a reading that increases by {Quantity(value=rise, unit='m').shown('um')} while the specimens wore by "
-        f"{total.shown('um')}; expected about the same",
+        f"found a depth signal that increases by {Quantity(value=rise, unit='m').shown('um')} while the specimens "
+        f"wore by {total.shown('um')}; expected about the same",
         f"{drift}; or {others}" if thermal else f"{others}; thermal drift is rarely that large",
     )
 

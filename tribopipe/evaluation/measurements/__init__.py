@@ -1,1 +1,1 @@
-"""What was measured on the specimens, turned into depth, volume and specific wear rate of each body."""
+"""Wear depth, wear volume and specific wear rate of each body from post-test measurements."""

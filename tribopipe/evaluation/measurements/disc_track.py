@@ -41,7 +41,7 @@ from tribopipe.results.run import RawRun
 
 @dataclass(frozen=True)
 class ToldBy:
-    """What a derived sliding distance is proportional to."""
+    """Input to which a derived sliding distance is proportional."""
 
     name: Literal["sliding_speed", "track_radius"]
     quantity: Quantity
@@ -147,19 +147,19 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
     if ways and best is None:
         lacking = conditions.track_radius is None and conditions.stroke is None
         yield (
-            "track_radius, or stroke, is missing: no volume of the disc"
+            "track_radius or stroke is missing: no wear volume of the disc"
             if lacking
-            else "depth or width of the track alone does not give the volume of the disc"
+            else "the depth or width of the wear track alone does not give the wear volume of the disc"
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
-            yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the track"
+            yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the wear track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
-            f"the track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} positions: its variation "
-            "along the track is largely unknown"
+            f"the wear track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} positions: its "
+            "variation along the track is largely unknown"
         )
 
 
@@ -167,10 +167,10 @@ def _assumed(pair: WornPair) -> Iterator[str]:
     """Report what the volume of a track follows from."""
     if pair.pin is UNKNOWN_SHARE:
         yield (
-            f"the wear of the pin is unknown: {pair.disc.name} alone gives a rough volume of the disc; measure the "
-            'pin, or both depth and width of the track, or give pin_wear_depth = "0 um" if the pin has not worn'
+            f"the wear of the pin is unknown: {pair.disc.name} alone gives a rough wear volume of the disc; measure "
+            'the pin, or both depth and width of the track, or state pin_wear_depth = "0 um" if the pin has not worn'
         )
     else:
-        yield f"volume of the disc from {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
+        yield f"wear volume of the disc from {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
         yield f"{pair.disc.name} is assumed to be measured in the middle of the stroke"

@@ -1,4 +1,4 @@
-"""What measurements of the bodies of a contact of any kind mean: which module answers for it."""
+"""Evaluation of post-test measurements for each kind of contact."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -14,14 +14,14 @@ from tribopipe.results.run import RawRun
 
 
 class Measurements(NamedTuple):
-    """What follows from measurements of the bodies."""
+    """Functions that evaluate the measurements of the bodies."""
 
     worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
     """Depth and volume of each body at an interruption, or at the end."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
     """The wear at the end as a displacement sensor has seen it; none where it is unknown."""
     needed: str
-    """What is to be measured for that."""
+    """Measurement required for that."""
 
 
 def measurements_of(contact: Contact) -> Measurements:
@@ -33,9 +33,11 @@ _FAMILIES: dict[type[Contact], Measurements] = {
     SlidingPin: Measurements(
         pin_on_disc_wear,
         lambda run, recipe: end_wear(run, recipe.uncertainty),
-        "a post-test measurement of the pin (depth, scar, volume, mass or profile)",
+        "a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",
     ),
     TwinDisc: Measurements(
-        twin_disc_wear, disc_end_wear, "a post-test measurement of the crowned disc (depth, track width or volume)"
+        twin_disc_wear,
+        disc_end_wear,
+        "a post-test measurement of the crowned disc (wear depth, track width or wear volume)",
     ),
 }

@@ -1,4 +1,4 @@
-"""What was measured on a pin and its disc, at the end of a run or in between, turned into the wear of each."""
+"""Wear of pin and disc from measurements at the end of a run or at interruptions."""
 
 import math
 from collections.abc import Iterable
@@ -139,7 +139,7 @@ def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
 
 
 _NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")
-"""Where nothing was measured on the disc: then the pin's wear is that on a track which does not wear."""
+"""Disc without a measurement: the wear of the pin is that on a track that does not wear."""
 
 
 @dataclass(frozen=True)

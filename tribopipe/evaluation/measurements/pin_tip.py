@@ -50,7 +50,7 @@ class PinTip:
 
     shape: Shape
     radius: float
-    """Of the sphere, or of a flat pin's end, m."""
+    """Radius of the sphere, or of the end face of a flat pin, m."""
     flat_radius: float = 0.0
     """a₀ of a truncated sphere, m."""
     line: float = 0.0
@@ -146,9 +146,8 @@ def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty
     density, name = contact.in_roles[body].density, contact.body_name(body)
     if density is None:
         raise FitError(
-            f"{run.id}: {key}: found a mass loss of a {body} without density; expected contact.{name}.density, which "
-            "converts it to a volume; add density = "
-            '"3.21 g/cm^3" or the like'
+            f"{run.id}: {key}: found a mass loss of the {body} without a density; expected contact.{name}.density, "
+            'which converts it to a wear volume; add density = "3.21 g/cm^3" or the like'
         )
     known, _ = stated_or_default(density, defaults.density * density.value)
     return known
@@ -160,7 +159,7 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValu
     if not tip.widens:
         raise FitError(
             f"{run.id}: {key}: found a profile of a flat pin or block, which has no unworn surface to level it "
-            "on; expected a profile of a spherical tip; give pin_wear_depth or pin_mass_loss instead"
+            "on; expected a profile of a spherical tip; use pin_wear_depth or pin_mass_loss instead"
         )
     through = _through_the_middle(run, profiles, tip.radius)
 

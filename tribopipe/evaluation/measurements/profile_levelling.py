@@ -15,7 +15,7 @@ from tribopipe.physics.geometry import cap_height
 
 Mask = NDArray[np.bool_]
 Form = Literal["line", "parabola", "arc"]
-"""What the unworn surface is taken to be."""
+"""Assumed shape of the unworn surface."""
 
 _FIRST_SHOULDER, _FIRST_CURVED_SHOULDER = 0.1, 0.25
 """Share of the points at either end that shoulders are first taken to be: of a line or crown, of a parabola."""
@@ -38,7 +38,7 @@ _CURVED_SHOULDERS = 0.4
 _BESIDE_PILE_UP = 0.5
 """Share of its width with piled-up material that may still belong to it."""
 _DUST_WIDTH, _DUST_NOISE, _DUST_DEPTH = 0.005, 5.0, 0.03
-"""Of dust: most of the points that it covers; least height in standard deviations of the noise, and of the depth."""
+"""Limits for dust: maximum share of points; minimum height over the noise, and over the depth."""
 _MAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 _ROUNDING = 1e-9
@@ -140,7 +140,7 @@ class Fit:
 
 
 class Worn(NamedTuple):
-    """Where a profile is worn, as stretches of its points; those of material piled up may be empty."""
+    """Worn range of a profile, as slices of its points; slices of piled-up material may be empty."""
 
     groove: slice
     left: slice
@@ -148,7 +148,7 @@ class Worn(NamedTuple):
 
     @property
     def piled_up(self) -> tuple[slice, ...]:
-        """Where material is piled up."""
+        """Slices with piled-up material."""
         return tuple(side for side in (self.left, self.right) if side.stop > side.start)
 
     def stretch(self, count: int) -> slice:

@@ -1,4 +1,4 @@
-"""What was measured on the specimens, before it is turned into wear: named, with its uncertainty and who stated it.
+"""Post-test measurements before conversion to wear: name, uncertainty and source.
 
 `combined` gives functions of measured quantities with their combined standard uncertainty (JCGM 100:2008).
 """
@@ -62,7 +62,7 @@ class EndValueUsed:
 
     name: str
     quantity: Quantity
-    """Of the pin as it was measured, a mass as the volume it is; of the disc its depth."""
+    """Measured quantity of the pin (a mass as its volume); wear depth of the disc."""
     source: Source
     per_radius: float = 0.0
     """Its derivative by the pin's radius, where a profile was leveled on a sphere of that radius."""

@@ -1,4 +1,4 @@
-"""What a profile across a wear track or a worn tip gives: areas lost and piled up, width, depth and volumes."""
+"""Worn and piled-up areas, width, depth and volumes from a profile across a wear track or a worn tip."""
 
 import math
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ class Track:
     pile_up: Quantity
     """Cross-section gained next to it above the unworn surface, m²; zero where nothing stands out of the noise."""
     net_area: Quantity
-    """What was lost less what is piled up, m²."""
+    """Worn minus piled-up area, m²."""
     width: Quantity
     """m: between the places where the surface comes up to the unworn one."""
     depth: Quantity
@@ -57,17 +57,17 @@ class Track:
     cap: Quantity
     """m³: volume lost were it a body of revolution about the middle of the track: the cap of a ball, flat or not."""
     bounds: tuple[float, float]
-    """Where the track begins and ends, m, in the profile's positions."""
+    """Positions of both edges of the wear track, m."""
     ridges: tuple[tuple[float, float], ...]
-    """Where material is piled up, m, from and to; left before right."""
+    """Start and end of each ridge of piled-up material, m, from left to right."""
     unworn: Column
     """Height of the unworn surface at each position of the profile, m."""
     reference: Mask
-    """Which points the unworn surface was fitted to."""
+    """Mask of the points to which the unworn surface was fitted."""
     dust: Mask
-    """Which points lie under dust, and were bridged."""
+    """Mask of the points under dust, which were bridged."""
     form: Form
-    """What the unworn surface was taken to be."""
+    """Assumed shape of the unworn surface."""
     area_per_crown_radius: float
     """∂area/∂r, m: what an error of the crown radius does to the area; 0 on a flat specimen."""
     cap_per_crown_radius: float
@@ -81,9 +81,9 @@ class Level:
     unworn: Column
     """Height of the surface at each position of the profile, m."""
     reference: Mask
-    """Which points it was fitted to."""
+    """Mask of the points to which it was fitted."""
     form: Form
-    """What the surface was taken to be."""
+    """Assumed shape of the surface."""
     why: str
     """Why it is no track."""
 
@@ -153,7 +153,7 @@ def _centred(profile: Profile, crown_radius: float | None) -> tuple[Column, Colu
 
 
 class _Place(NamedTuple):
-    """What was taken out of a profile before it was measured."""
+    """Points removed from a profile before its evaluation."""
 
     middle: float
     """m."""
@@ -168,7 +168,7 @@ class _Estimate(NamedTuple):
 
 
 class _Edge(NamedTuple):
-    """Where the track ends on one side."""
+    """Edge of the wear track on one side."""
 
     position: _Estimate
     bent: _Estimate
@@ -187,7 +187,7 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
     ends = [_between(x, lost, left.halfway, x[track][0]), _between(x, lost, right.halfway, x[track][-1])]
     area = _weighed(x, lost, fit, weights, "m^2", *ends)
     if area.value <= _CERTAIN * (area.standard_uncertainty or 0.0):
-        raise no_track(f"a cross-section of {area.shown('um^2')} below the unworn surface")
+        raise no_track(f"a cross-sectional area of {area.shown('um^2')} below the unworn surface")
     beside = _Weights.over(x, worn.left, worn.right).times(-1.0)
     tails = [_tail(x, lost, fit, side, outwards) for side, outwards in ((worn.left, -1), (worn.right, 1))]
     centre = float(weights.fine @ (x * lost)) / area.value
@@ -213,7 +213,7 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
 
 
 class _Weights(NamedTuple):
-    """By what heights add up to an area or a volume: by all points, and by every second one."""
+    """Weights with which heights add up to an area or a volume: for all points, and for every second point."""
 
     fine: Column
     coarse: Column

@@ -1,4 +1,4 @@
-"""What was measured on the two discs of a twin-disc test, at its end and where it was interrupted."""
+"""Measurements on both discs of a twin-disc test, at its end and at interruptions."""
 
 import math
 import re
@@ -109,7 +109,7 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
 
 
-def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
+def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None) -> WornBodies:
     """Return depths and volumes of both discs as they were measured: of a width alone no disc's own part follows."""
     worn: dict[str, tuple[BodyWear, ...]] = dict.fromkeys(DISCS, ())
     for one in disc_measurements(run, defaults):
@@ -118,7 +118,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
             volume = one.quantity if one.what == "wear_volume" else None
             worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
     notes = (
-        f"no volume of the {spoken(name)} was measured"
+        f"no wear volume of the {spoken(name)} was measured"
         for name, ways in worn.items()
         if ways and surest(ways, "volume") is None
     )

@@ -40,7 +40,7 @@ Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 
 @dataclass(frozen=True)
 class SlidingPath:
-    """Where a pin slides on its disc."""
+    """Path of a pin on its disc."""
 
     length: Quantity
     """Radius of the circle, or the stroke, m."""
@@ -68,7 +68,7 @@ class WornPair:
 
     tip: PinTip
     radius: Quantity
-    """Of the tip, m."""
+    """Radius of the tip, m."""
     path: SlidingPath | None
     pin: EndValueUsed
     disc: EndValueUsed
@@ -263,7 +263,7 @@ class WornBodies(NamedTuple):
     """Everything that was measured on the bodies at one time, as depth and volume."""
 
     bodies: Mapping[str, tuple[BodyWear, ...]]
-    """By the role of the body."""
+    """Wear of each body, with its role as key."""
     notes: tuple[str, ...] = ()
     """What prevents it of a volume, and what is taken for granted."""
 

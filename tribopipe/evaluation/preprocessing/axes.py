@@ -13,7 +13,7 @@ _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _LATE = 0.05
 """Share of what an axis covers by which it begins later than another one where it was carried over."""
 _CLOCK = 100.0
-"""How many times what an axis covers it begins at where it is a clock, or a counter that was not reset."""
+"""Ratio of start to range from which an axis is a clock, or a counter that was not reset."""
 
 
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
@@ -40,7 +40,7 @@ def _without_glitches(bench: Bench, name: SignalName) -> Column | None:
     if found.samples:
         count = len(found.samples)
         what = f"{count} wrong reading{'s' if count > 1 else ''} interpolated, the first at {found.samples[0] + 1}"
-        bench.put(name, found.values, what, "a counter does not run backward in time")
+        bench.put(name, found.values, what, "a counter does not run backward")
     return found.values
 
 

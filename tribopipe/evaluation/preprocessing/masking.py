@@ -103,7 +103,7 @@ def _leave_out_dead_load(bench: Bench) -> None:
     some, nominal = fewer(load), bench.manifest.conditions.normal_load
     if len(some) < 2 or np.percentile(np.abs(some), 99) >= _DEAD_SHARE * nominal.value:
         return
-    within = f"left out: within {_DEAD_SHARE:.0%} of the nominal {nominal.shown()}"
+    within = f"excluded: within {100 * _DEAD_SHARE:.0f} % of the nominal {nominal.shown()}"
     if abs(np.mean(some)) <= _NOISE * np.std(some):
         what = f"{within} and about zero throughout"
         bench.leave_out("normal_force", what, "a dead channel; the nominal load is used")

@@ -59,7 +59,10 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
         averaged[stroke.middle(step.middle)] = value
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
-        what = f"one value for each of {len(whole)} strokes, with {step.method} over {step.middle:.0%} of each"
+        what = (
+            f"one value for each of {len(whole)} strokes, with {step.method} over the middle "
+            f"{100 * step.middle:.0f} % of each"
+        )
         bench.put("friction_coefficient", averaged, what, "friction is reciprocating", parts=len(whole))
 
 

@@ -37,7 +37,7 @@ class EffectiveCoefficient:
     coefficient: Column
     """k_eff, m²/N."""
     standard_uncertainty: Column
-    """Of k_eff, m²/N: sensor noise, zero offset, post-test measurement, load and the like."""
+    """Standard uncertainty of k_eff, m²/N: sensor noise, zero offset, post-test measurement, load and the like."""
     bias: Column
     """Relative error that the windows make of Sarkar's own curve."""
 

@@ -38,7 +38,7 @@ from tribopipe.results.wear_fit import Contribution
 
 _PLACES = 30
 _CURVE_DRAWS = 1_000
-"""Of a band; its ends lie on a smooth curve."""
+"""Draws for a band; its ends lie on a smooth curve."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class MeasuredRun:
 
     @property
     def end(self) -> Quantity:
-        """How far the test went."""
+        """Sliding distance or rotations at the end of the test."""
         return Quantity(value=float(self.problem.places[-1]), unit="1")
 
     @cached_property

@@ -109,7 +109,7 @@ class Member:
         law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
         if isinstance(problem, WearProblem) and self.corrected.correction.anchor is None:
-            problem = ("a post-test measurement of the pin (depth, scar, volume, mass or profile)",)
+            problem = ("a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
                 f"{self.id}: found a run without {' and '.join(problem)}; expected depth, a post-test measurement "
@@ -145,7 +145,7 @@ class PosedRun:
 
     member: Member
     problem: WearProblem
-    """By the correction that the recipe wants."""
+    """Problem posed with the correction method of the recipe."""
     joint: JointProblem
     """Drift left free, by which the shape of the curve is judged."""
 
@@ -161,7 +161,7 @@ class PosedRun:
 
     @property
     def end(self) -> Quantity:
-        """How far the test went."""
+        """Sliding distance or rotations at the end of the test."""
         return Quantity(value=self.problem.trace.slid, unit="m")
 
     def may_share(self, names: Sequence[str]) -> tuple[str, ...]:

@@ -18,18 +18,18 @@ from tribopipe.base.arrays import Column
 from tribopipe.results.study import BetweenRuns
 
 _FEWEST_TO_JUDGE = 4
-"""With fewer runs no outlier can be distinguished from scatter."""
+"""Minimum number of runs: with fewer, an outlier cannot be distinguished from scatter."""
 _UNLIKELY = 0.01
 """Probability below which runs are not taken to have agreed so well by chance."""
 _OUTLIER_LEVEL = 0.05
 """Probability of calling any run of a sound set an outlier, shared out among the runs."""
 _NEGLIGIBLE = 1e-14
-"""Of the smallest own variance: how precisely τ² is found where it is small."""
+"""Tolerance of τ² relative to the smallest within-run variance."""
 
 
 @dataclass(frozen=True)
 class Combination:
-    """How √k_D of several runs makes one."""
+    """Random-effects mean of √k_D over several runs."""
 
     weights: Column
     scatter: float

@@ -78,7 +78,7 @@ def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
     giwm, local = (k.shown(WEAR_COEFFICIENT) for k in (compared.giwm, compared.local))
     return (
         f"k_D is {local} with local pressure and {giwm} with the GIWM, a difference of more than their standard "
-        "uncertainty; use the local one: the GIWM assumes uniform pressure, while the pressure in the middle is 1.5 "
+        "uncertainty; use the local value: the GIWM assumes uniform pressure, while the pressure in the middle is 1.5 "
         "times the mean at the start, and wear is still small compared with the elastic approach",
     )
 
@@ -94,7 +94,7 @@ _PREFERENCE = 2.0
 
 
 class Shape:
-    """What k_D, zero offsets and drift leave of one run's reading under a law."""
+    """Residuals of the depth signal of one run after subtraction of wear, zero offsets and drift."""
 
     def __init__(self, run: PosedRun) -> None:
         problem = run.joint

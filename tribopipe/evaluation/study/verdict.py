@@ -41,12 +41,12 @@ _NOTICED = 2.0
 _MIDDLE = (0.158655, 0.841345)
 """Ends of the interval that holds one standard deviation on either side of a normal distribution."""
 MEASURED_IN: dict[WornQuantity, str] = {"wear_volume": "m^3", "wear_depth": "m", "track_width": "m"}
-"""What wear of a body is judged by, in SI."""
+"""Unit of the wear quantity on which agreement is judged, SI."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a study asks of one run."""
+    """One run as a study evaluates it."""
 
     study: Study
     law: LawName
@@ -60,7 +60,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Judgment:
-    """What a run states about a law."""
+    """Agreement of one run with a law."""
 
     bodies: dict[str, BodyVerdict]
     curves: tuple[StudyCurve, ...]

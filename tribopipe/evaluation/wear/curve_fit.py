@@ -53,8 +53,8 @@ def curve_fit(
         return problem
     if len(problem.distance) < _FEWEST_SAMPLES:
         raise FitError(
-            f"{corrected.id}: found {len(problem.distance)} samples of depth; expected at least "
-            f"{_FEWEST_SAMPLES}; record at a higher rate"
+            f"{corrected.id}: found {len(problem.distance)} valid depth samples; expected at least "
+            f"{_FEWEST_SAMPLES}; use a higher sampling rate"
         )
     whole = _posed_whole(problem, corrected, recipe)
     chosen = whole if whole is not None and recipe.wear.correction == "model" else with_fitted_law(problem)
@@ -80,7 +80,7 @@ class CurveFit:
     recipe: Recipe
     problem: WearProblem
     whole: DepthProblem | None
-    """By the whole reading, whether it gives k_D or stands next to it."""
+    """Fit of the complete depth signal, which gives k_D or is reported for comparison."""
 
     @property
     def inputs(self) -> Mapping[str, Input]:

@@ -37,7 +37,7 @@ _COMPARED = 4_000
 """Draws by which they are compared."""
 _SEED = 1
 _LEAST_SHARE = 0.5
-"""Of the standard uncertainty of a measurement that shows no wear: the wear that it is evaluated with."""
+"""Wear assumed for a measurement that shows no wear, as a share of its standard uncertainty."""
 _MOST_PASSES = 8
 _NEARLY = 0.1
 """Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
@@ -92,7 +92,7 @@ class DepthProblem(WearProblem):
 
     @cached_property
     def posterior(self) -> DepthPosterior:
-        """Of the reading with what was measured."""
+        """Posterior from the depth signal and the post-test measurement."""
         return depth_posterior(self.reading)
 
     def with_law_of_the_reading(self) -> Self:
@@ -112,7 +112,7 @@ class DepthProblem(WearProblem):
 
     @property
     def _law_places(self) -> NDArray[np.intp]:
-        """Which terms of the reading are parameters of the law."""
+        """Terms of the depth signal that are law parameters."""
         first = self.reading.offsets.shape[1]
         return np.arange(first, first + len(self.fitted_parameters))
 
@@ -141,7 +141,7 @@ class DepthProblem(WearProblem):
 
     @cached_property
     def basis(self) -> Basis:
-        """What gives k_D."""
+        """Source of k_D."""
         if not self.measured_after:
             return "reading"
         return "reading and measurement" if abs(self.deviation) <= MOST_DEVIATION else "measurement"
@@ -431,7 +431,7 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
     if wear < -MOST_DEVIATION * spread:
         shown = Quantity(value=wear, unit="m", standard_uncertainty=spread).shown("um")
         raise FitError(
-            f"{problem.run.id}: depth: found a reading that, taken alone, gives a wear of {shown}; expected zero or "
-            'more; if the reading falls with wear, list the step "turn-over" with signals = ["depth"] after the '
-            "default ones, or measure the scar and state it as end_values.pin_scar_diameter"
+            f"{problem.run.id}: depth: found a depth signal that, fitted alone, gives a wear depth of {shown}; "
+            'expected zero or more; if the signal decreases with wear, add the step "turn-over" with signals = '
+            '["depth"] after the default ones, or measure the scar and state it as end_values.pin_scar_diameter'
         )

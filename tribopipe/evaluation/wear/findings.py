@@ -28,7 +28,7 @@ _CLEARLY = 3.0
 
 @dataclass(frozen=True)
 class RateChange:
-    """One k_D before and another one after."""
+    """Change of k_D at one sliding distance."""
 
     distance: float
     """Sliding distance of the change, m."""
@@ -138,7 +138,7 @@ def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Fin
         yield _finding(
             "two_step_differs",
             f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} with two-step correction and "
-            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the whole reading",
+            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the complete depth signal",
             'use the default correction, correction = "model"',
         )
 
@@ -150,7 +150,7 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
         where = ", ".join(show(float(f"{place:.4g}"), None, "m") for place in record.steps)
         yield _finding(
             "depth_steps",
-            f"found a step in the reading at {where}; the fit uses a new zero offset from there on",
+            f"found a step in the depth signal at {where}; the fit uses a new zero offset after the step",
             "check for a knock or a slipped sensor; if the specimens were removed, write "
             "[[interruptions]] with remounted = true",
         )
@@ -190,9 +190,9 @@ def _unseen_groove(problem: DepthProblem) -> Finding:
         code="disc_not_measured",
         where="end_values",
         message=(
-            f"found no post-test measurement of the disc; the uncertainty of k_D includes "
-            f"{100 * problem.inputs['unseen_groove'].spread:.2g} % for a groove {share:.0f} % as deep as the wear of "
-            "the pin"
+            "found no post-test measurement of the disc; the uncertainty of k_D includes "
+            f"{100 * problem.inputs['unseen_groove'].spread:.2g} % for an unmeasured groove {share:.0f} % as deep as "
+            "the wear of the pin"
         ),
         remedy=(
             "measure the track and state it as end_values.disc_wear_depth; if no track is visible, 0 nm with its "
@@ -209,7 +209,7 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
         code="reading_contradicts_measurement",
         where="depth",
         message=(
-            f"under {problem.law.title}, k_D is {reading} from the depth reading alone and {measured} from the "
+            f"under {problem.law.title}, k_D is {reading} from the depth signal alone and {measured} from the "
             f"post-test measurement alone, {abs(problem.deviation):.1f} standard uncertainties apart: "
             f"{_consequence(two_step)}"
         ),
@@ -219,7 +219,7 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
 
 def _consequence(two_step: Quantity | None) -> str:
     if two_step is None:
-        return "the reading is not used, and k_D is from the measurement"
+        return "the depth signal is not used, and k_D is from the measurement"
     return "two-step correction attributes the difference to drift"
 
 
@@ -230,8 +230,8 @@ def _misfit(problem: DepthProblem) -> Finding:
         where = show(float(f"{change.distance:.2g}"), None, "m")
         return _finding(
             "wear_rate_changes",
-            f"under {law}, k_D after about {where} is {change.ratio:.2g} times that before; the k_D given is the mean "
-            "over the test",
+            f"under {law}, k_D after about {where} is {change.ratio:.2g} times that before; the reported k_D is the "
+            "mean over the test",
             "divide the test there, or fit a law with running-in",
         )
     size = _size(problem)
@@ -240,18 +240,19 @@ def _misfit(problem: DepthProblem) -> Finding:
         follows = "follows the temperature and settles," if settles else "follows the temperature"
         return _finding(
             "reading_follows_temperature",
-            f"the reading {follows} by {size} in addition to wear ({law}); the fit includes this",
+            f"the depth signal {follows} by {size} in addition to wear ({law}); the fit includes this",
             "keep the room temperature steady, or let the rig warm up before the test",
         )
     if settles:
         return _finding(
             "reading_settles",
-            f"the reading settles exponentially by {size} in addition to wear ({law}); the fit includes this settling",
+            f"the depth signal settles exponentially by {size} in addition to wear ({law}); the fit includes this "
+            "settling",
             "let the rig warm up before the test, or record the temperature",
         )
     return _finding(
         "curve_shape",
-        f"neither {law} nor linear drift explains {size} of the reading",
+        f"neither {law} nor linear drift explains {size} of the depth signal",
         "check for thermal drift, running-in, and wear of the counterbody; the post-test measurement is the more "
         "reliable one",
     )

@@ -36,7 +36,7 @@ from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit
 
 
 class Answer(Protocol):
-    """What is asked of a fit, however it finds k_D."""
+    """Options of a fit, for all methods."""
 
     @property
     def inputs(self) -> Inputs:

@@ -74,7 +74,7 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
     """
     if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
         raise FitError(
-            f"{law.title}: found no {' and no '.join(missing)}; expected values, since only the fit of a single pin "
+            f"{law.title}: found no {' or '.join(missing)}; expected values, since only the fit of a single pin "
             f"identifies them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
         )
 
@@ -83,8 +83,8 @@ def indistinct(law: WearLaw, names: Sequence[str]) -> str:
     """Report that a run does not separate k_D from the parameters of its law."""
     return (
         f"wear fit: found a depth signal from which k_D and {' and '.join(names)} of {law.title} cannot be separated; "
-        f"expected one that identifies them; give some under [wear.parameters.{law.name}] in a recipe, or fit another "
-        "law"
+        f"expected a depth signal that separates them; state some of them under [wear.parameters.{law.name}] in a "
+        "recipe, or fit another law"
     )
 
 
@@ -92,7 +92,7 @@ FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_di
 """A, b and c of Eq. 7, in the order of their covariance."""
 CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
 DISTANCE_INPUTS = ("sliding_speed", "track_radius")
-"""Of which one enters where sliding distance was derived from it."""
+"""Inputs of a derived sliding distance; the one that it is derived from is used."""
 PIN_SHARED = (*CONTACT_INPUTS, *DISTANCE_INPUTS, "depth_scale")
 """Inputs of pins that may be off by the same in several runs."""
 DISC_INPUTS = (
@@ -103,7 +103,7 @@ DISC_INPUTS = (
     "curved_modulus",
     "flat_modulus",
 )
-"""Of two discs, with their slip."""
+"""Inputs of a twin-disc test, including slip."""
 
 
 def load_input(run: RawRun, recipe: Recipe) -> Input:
@@ -148,13 +148,13 @@ def law_inputs(law: WearLaw, recipe: Recipe) -> dict[str, Input]:
 
 
 class LawFriction(NamedTuple):
-    """What a law knows of friction: nothing where it needs none."""
+    """Friction as a wear law uses it; empty if the law does not depend on friction."""
 
     path: FrictionPath | None = None
     inputs: Mapping[str, Input] = MappingProxyType({})
     """A, b and c, where the path is Eq. 7 as fitted."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c) at a given load: the load varies by itself, and ``friction_along`` carries it over to A and b."""
+    """Covariance of (A, b, c) at a given load; ``friction_along`` adds the effect of the load on A and b."""
 
 
 def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:

@@ -20,11 +20,11 @@ from tribopipe.physics.laws import WearLaw
 
 P = TypeVar("P", bound=WearProblem)
 _STARTS = 7
-"""Of a search over a parameter that is above zero, spread over its decades."""
+"""Starting points of a search over a positive parameter, spread over its decades."""
 _AS_GOOD = 4.0
 """Difference of χ² that noise makes."""
 _NEAR = 1e-3
-"""Of an end of where a parameter is sought, relative: nearer than this it is there."""
+"""Relative distance from a bound below which a parameter is taken to be at the bound."""
 
 
 def with_fitted_law(problem: P) -> P:
@@ -66,7 +66,7 @@ def _held(law: WearLaw, name: str) -> str:
 
 
 class _Search:
-    """For the parameters of a law with which k_D follows a run best; those above zero by their logarithms.
+    """Search for the law parameters that fit a run best; positive parameters as logarithms.
 
     Others are counted in what they start at.
     """

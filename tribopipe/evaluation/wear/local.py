@@ -45,16 +45,16 @@ _PLACES_PER_DECADE = 12
 _VOLUME_INPUTS = ("wear_coefficient", "normal_load")
 _DISC_OUTCOMES = ("curved_depth", "flat_depth", "curved_volume", "flat_volume")
 _STABLE_SHARE = 0.5
-"""Of the longest stable increment: what the economy takes, whose pressure is one increment late."""
+"""Share of the longest stable increment in the scheme economy, whose pressure is one increment late."""
 _ROUNDING = 1e-9
-"""Of a place: by so much a decade may be longer than one."""
+"""Relative tolerance for the length of a decade."""
 _FEWEST_POINTS = 8
 """Points to the radius of a contact, with which local wear is within about one per cent."""
 
 
 @dataclass(frozen=True)
 class LocalOptions:
-    """How local wear is computed."""
+    """Numerical method of local wear."""
 
     engine: Engine | None = None
     """None for that which suits the tribometer: rings under a pin, a half space under discs."""
@@ -89,7 +89,7 @@ def local_scenario(
         names = " and ".join(map(spoken, bodies))
         raise FitError(
             f"{manifest.id}: found {len(coefficients)} wear coefficients; expected at least one and at most "
-            f"{len(bodies)}, of the {names}; give each once"
+            f"{len(bodies)}, of the {names}; specify each once"
         )
     known = KnownWear(dict(zip(bodies, coefficients, strict=False)), distance=ARCHARDS)
     return wear_scenario(manifest, known, law, friction, recipe)
@@ -283,7 +283,7 @@ def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[s
 
 def _exactness(coefficient: Quantity) -> Iterator[str]:
     if coefficient.standard_uncertainty is None:
-        yield "k_D is assumed to be exact, since its standard uncertainty is not known"
+        yield "k_D is assumed to be exact, since its standard uncertainty is unknown"
 
 
 def _quantity(value: float, unit: str, share: float | None = None) -> Quantity:

@@ -84,18 +84,7 @@ class MeasurementFit:
         problem, found = self.problem, self.coefficients
         # Where no wear was found there is no logarithm; it is taken where wear would have been noticed.
         at = np.where(found > 0, found, problem.scale)
-        sensitivities = problem.sensitivities(at)
-        covariance = _covariance(problem, sensitivities)
-        spreads = at[: problem.unknowns] * np.sqrt(np.diag(covariance))
-        lines = _budgets(problem, sensitivities)
-        bodies = {
-            body: BodyWear(
-                wear_coefficient=wear_coefficient(found[place], spreads[place]),
-                interval=first_order_interval(found[place], spreads[place]),
-                budget=lines[place] if found[place] > 0 else (),
-            )
-            for place, body in enumerate(problem.bodies)
-        }
+        bodies, covariance = _propagated(problem, found, at, problem.sensitivities(at))
         p_value = self._p_value()
         return WearFit(
             model=self.model,
@@ -148,16 +137,32 @@ def measurement_budgets(problem: MeasurementProblem, found: Column) -> list[tupl
     return _budgets(problem, problem.sensitivities(found))
 
 
-def _budgets(problem: MeasurementProblem, sensitivities: Mapping[str, Column]) -> list[tuple[Contribution, ...]]:
-    each = ({name: float(both[place]) for name, both in sensitivities.items()} for place in range(problem.unknowns))
-    return [budget_lines(problem.inputs, problem.friction_covariance, mine) for mine in each]
+def _budgets(
+    fit: "MeasurementProblem | VolumeFit", sensitivities: Mapping[str, Column]
+) -> list[tuple[Contribution, ...]]:
+    each = ({name: float(both[place]) for name, both in sensitivities.items()} for place in range(len(fit.bodies)))
+    return [budget_lines(fit.inputs, fit.friction_covariance, mine) for mine in each]
 
 
-def _covariance(problem: MeasurementProblem, sensitivities: Mapping[str, Column]) -> Column:
-    """Return the covariance of ln k of each body."""
-    names = [*problem.inputs]
-    slopes = np.array([sensitivities[name] for name in names])
-    return np.asarray(slopes.T @ input_covariance(problem.inputs, problem.friction_covariance, names) @ slopes)
+def _propagated(
+    fit: "MeasurementProblem | VolumeFit", found: Column, at: Column, sensitivities: Mapping[str, Column]
+) -> tuple[dict[str, BodyWear], Column]:
+    """Return k_D of each body with interval and budget, and the covariance of ln k; sensitivities are those at ``at``.
+
+    A body without wear has no budget.
+    """
+    slopes = np.array([*sensitivities.values()])
+    covariance = slopes.T @ input_covariance(fit.inputs, fit.friction_covariance, [*sensitivities]) @ slopes
+    spreads = at[: len(fit.bodies)] * np.sqrt(np.diag(covariance))
+    bodies = {
+        name: BodyWear(
+            wear_coefficient=wear_coefficient(value, spread),
+            interval=first_order_interval(value, spread),
+            budget=lines if value > 0 else (),
+        )
+        for name, value, spread, lines in zip(fit.bodies, found, spreads, _budgets(fit, sensitivities), strict=False)
+    }
+    return bodies, covariance
 
 
 def correlation(covariance: Column) -> float | None:
@@ -206,9 +211,9 @@ class VolumeFit:
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c), where Eq. 7 is the friction."""
+    """Covariance of (A, b, c), if friction is from Eq. 7."""
     limits: tuple[str, ...] = ()
-    """What is assumed of the contact."""
+    """Assumptions about the contact."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -238,18 +243,7 @@ class VolumeFit:
         """Return k_D by first-order propagation."""
         found = self.coefficients(self.values)
         sensitivities = {name: self._sensitivity(name, found) for name in self.inputs}
-        names = [*self.inputs]
-        slopes = np.array([sensitivities[name] for name in names])
-        covariance = slopes.T @ input_covariance(self.inputs, self.friction_covariance, names) @ slopes
-        spreads = found * np.sqrt(np.diag(covariance))
-        bodies = {}
-        for place, body in enumerate(self.bodies):
-            mine = {name: float(both[place]) for name, both in sensitivities.items()}
-            bodies[body] = BodyWear(
-                wear_coefficient=wear_coefficient(found[place], spreads[place]),
-                interval=first_order_interval(found[place], spreads[place]),
-                budget=budget_lines(self.inputs, self.friction_covariance, mine),
-            )
+        bodies, covariance = _propagated(self, found, found, sensitivities)
         return WearFit(
             model=self.model,
             engine="volume",

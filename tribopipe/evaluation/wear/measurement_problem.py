@@ -142,11 +142,11 @@ class ExplicitDraws:
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-12
 _DRAWN = 1e-6
-"""Of ln k_D in a draw: far below any uncertainty of k_D."""
+"""Tolerance of ln k_D in a draw: far below any uncertainty of k_D."""
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 _STEP = 1e-4
-"""Of ln k in differences."""
+"""Step of ln k in difference quotients."""
 _SLICE = 2_000
 """Draws solved at a time, so that their arrays stay in the processor's cache."""
 
@@ -162,7 +162,7 @@ class MeasurementProblem:
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c), where Eq. 7 is the friction."""
+    """Covariance of (A, b, c), if friction is from Eq. 7."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -275,7 +275,7 @@ class MeasurementProblem:
             )
         if not found[0] > 0:
             raise FitError(
-                f"wear fit: found no wear of the {first}; expected post-test measurements above zero; test longer or "
+                f"wear fit: found no wear of the {first}; expected positive post-test measurements; test longer or "
                 "at a higher load"
             )
         return found
@@ -363,7 +363,7 @@ def measurement_problem(
         )
     measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
     if not any(one.disc == first for one in measurements):
-        return (f"a post-test measurement of the {spoken(first)} (depth, track width or volume)",)
+        return (f"a post-test measurement of the {spoken(first)} (wear depth, track width or wear volume)",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
         return (NO_FRICTION,)

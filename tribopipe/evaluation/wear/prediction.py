@@ -81,7 +81,7 @@ def fitted_curves(
 
 
 def _along(fit: WearFit) -> bool:
-    """Whether wear was fitted along the run, rather than k_D found by a lost volume."""
+    """Return whether wear was fitted along the run, rather than k_D found from a wear volume."""
     return bool(fit.measurements) or any(body.fitted_end_depth is not None for body in fit.bodies.values())
 
 
@@ -163,9 +163,9 @@ def _checked(scenario: Scenario, at: Sequence[float], depths: Sequence[float]) -
     places = np.asarray(at, dtype=float)
     if not np.all(np.isfinite(places)) or np.any(places < 0):
         what = scenario.contact.progress.words
-        raise FitError(f"prediction: found the {what} {list(at)}; expected none below zero; check --at")
+        raise FitError(f"prediction: found the {what} {list(at)}; expected no negative values; check --at")
     if any(not depth >= 0 for depth in depths):
-        raise FitError(f"prediction: found the depths {list(depths)} m; expected none below zero; check --depth")
+        raise FitError(f"prediction: found the depths {list(depths)} m; expected no negative values; check --depth")
     return places
 
 
@@ -180,7 +180,7 @@ def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
     first = scenario.first
     if np.isinf(place):
         raise FitError(
-            f"prediction: found a {spoken(first)} that does not wear; expected a wear coefficient above zero, or no "
+            f"prediction: found a {spoken(first)} that does not wear; expected a positive wear coefficient, or no "
             "--depth"
         )
     at = np.asarray([place])
@@ -216,10 +216,10 @@ def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
 
 def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     if scenario.known.first.standard_uncertainty is None:
-        yield "k_D is assumed to be exact, since its standard uncertainty is not known"
+        yield "k_D is assumed to be exact, since its standard uncertainty is unknown"
     for name in scenario.wear.bodies:
         if name not in scenario.known.bodies:
-            yield f"the {spoken(name)} is assumed to be unworn, since no k_D above zero is known for it"
+            yield f"the {spoken(name)} is assumed to be unworn, since it has no positive k_D"
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 
@@ -229,6 +229,6 @@ def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: 
         return
     side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps
     yield (
-        f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {abs(error):.2%} {side}; the exact "
-        "scheme does not have this error"
+        f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {100 * abs(error):.2f} % {side}; "
+        "the exact scheme does not have this error"
     )

@@ -57,7 +57,7 @@ _LEAST_RATIO = -0.5
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 _STEP = 1e-4
-"""Of a parameter of the law in a difference quotient, relative."""
+"""Relative step of a law parameter in a difference quotient."""
 NODES = 40
 _FINE_NODES = 1000
 _SMOOTH_TERMS = 8
@@ -88,13 +88,13 @@ class WearProblem:
     inputs: Mapping[str, Input]
     engine: WearEngine = "giwm"
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of (A, b, c), where Eq. 7 is the friction."""
+    """Covariance of (A, b, c), if friction is from Eq. 7."""
     weights: Column = field(default_factory=lambda: np.ones(1))
     """Number of samples behind each row of the curve."""
     noise: float = _LEAST_NOISE**2
     """Variance of the sensor's noise times its autocorrelation time, m²."""
     tangent: Tangent | None = None
-    """Of the parameters of the law that are fitted with k_D."""
+    """Tangent for the law parameters that are fitted with k_D."""
     missed: float = 0.0
     """Standard deviation, m, of what the law, fitted to this run, misses of each row beyond that noise."""
 
@@ -188,7 +188,7 @@ class WearProblem:
 
     @cached_property
     def root_weights(self) -> Column:
-        """What each row is multiplied by in the least-squares sum."""
+        """Weight of each row in the least-squares sum."""
         return np.asarray(np.sqrt(self.weights))
 
     @property
@@ -422,8 +422,8 @@ def wear_problem(
         return corrected.correction.lacks
     if measured is None and _disc_wears(run, recipe, end.pin_depth.value):
         return (
-            "a post-test measurement of the pin, since the disc has also worn and the reading includes the wear of "
-            "both",
+            "a post-test measurement of the pin, since the disc has also worn and the depth signal includes the wear "
+            "of both",
         )
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:

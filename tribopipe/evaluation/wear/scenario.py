@@ -37,17 +37,17 @@ class KnownWear:
     """k_D of each body, m²/N; a body that is left out does not wear."""
 
     bodies: Mapping[str, Quantity]
-    """By name; first the one whose k_D is always known."""
+    """k_D of each body by name; the first is always known."""
     engine: WearEngine = "giwm"
-    """That k_D was found by: by another one it gives another depth."""
+    """Engine from which k_D was found; another engine gives another depth."""
     distance: DistanceConvention = "full-slip"
     """Sliding distance per rotation of bodies that roll; under another convention k_D has another meaning."""
     correlation: float = 0.0
-    """Of the k_D of both bodies."""
+    """Correlation between the k_D of both bodies."""
     parameters: tuple[LawValue, ...] = ()
-    """Of the law with k_D."""
+    """Law parameters in addition to k_D."""
     covariance: tuple[tuple[float, ...], ...] | None = None
-    """Of ln k_D and those parameters that were fitted."""
+    """Covariance of ln k_D and the fitted law parameters."""
 
     @property
     def first(self) -> Quantity:
@@ -102,7 +102,7 @@ def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: R
 MOST_STEPS = 5_000_000
 """A rotation of two discs at a time takes about a second for every million of them."""
 _STEP = 1e-4
-"""Of an input in a difference quotient, relative: small enough to stay linear however wide the uncertainty is."""
+"""Relative step of an input in a difference quotient: small enough to stay linear however wide the uncertainty is."""
 _UNITS = {
     **dict.fromkeys(("half_width", "half_length", "approach", "wear_depth", "track_depth"), "m"),
     **dict.fromkeys(("pin_volume", "track_volume"), "m^3"),
@@ -114,7 +114,7 @@ _UNITS = {
 
 @dataclass(frozen=True)
 class Scenario:
-    """What wear is predicted for: contact, load, slip, law and k_D. Places are counted along the contact's progress.
+    """Scenario of a wear prediction: contact, load, slip, law and k_D. Places are counted along the contact's progress.
 
     Uncertainties of the inputs are taken as independent of each other, but for what was fitted together.
     """
@@ -128,13 +128,13 @@ class Scenario:
     speed: Quantity | None = None
     """Speed by which places follow from time, m/s."""
     slip: Quantity | None = None
-    """Of bodies that roll."""
+    """Slip ratio of rolling bodies."""
     path: Quantity | None = None
     """Sliding distance between two passages of a pin at one place of its track, m."""
 
     @cached_property
     def wear(self) -> ContactWear:
-        """How the bodies wear."""
+        """Wear model of the bodies."""
         known = self.known
         return wear_of(self.contact, Terms(self.slip, known.engine, known.distance, self.path, known.bodies))
 
@@ -189,8 +189,8 @@ class Scenario:
         """
         if not 1 <= steps <= MOST_STEPS:
             raise FitError(
-                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; give a different number with "
-                "--steps, or use the exact scheme"
+                f"published scheme: found {steps:,} steps; expected 1 to {MOST_STEPS:,}; specify a different number "
+                "with --steps, or use the exact scheme"
             )
         ends = np.linspace(0.0, float(np.max(places)), steps + 1)
         factor = self.law.rate_factor(ends * self.wear.slid, self.friction)
@@ -262,7 +262,7 @@ class Scenario:
 
     @cached_property
     def _together(self) -> tuple[tuple[str, ...], Column]:
-        """What was fitted together, k_D and parameters of the law, with its covariance."""
+        """k_D and the law parameters fitted with it, with their covariance."""
         known, names = self.known, self.wear.coefficients
         if known.covariance is None:
             spreads = [self.inputs[name].spread for name in names]

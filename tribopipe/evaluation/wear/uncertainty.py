@@ -19,7 +19,7 @@ from tribopipe.results.wear_fit import FRICTION_FIT, Contribution
 
 NOISE = "noise of the depth signal"
 FrictionCovariance = tuple[tuple[float, ...], ...] | None
-"""Of A, b and c, which are far from independent; none where Eq. 7 is not the friction."""
+"""Covariance of A, b and c, which are far from independent; none if friction is not from Eq. 7."""
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
@@ -64,7 +64,7 @@ def input_covariance(inputs: Inputs, friction: FrictionCovariance, names: Sequen
 _SLICE = 1_000
 """Draws solved at a time, so that their rows stay in the processor's cache."""
 _TOLERANCE = 1e-7
-"""Of ln k_D in a draw: far below any uncertainty of k_D."""
+"""Tolerance of ln k_D in a draw: far below any uncertainty of k_D."""
 
 
 def solve_draws(problem: WearProblem, values: Values, noise: Column) -> Column:

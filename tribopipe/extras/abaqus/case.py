@@ -1,4 +1,4 @@
-"""What a subroutine is written for: a contact, how its bodies move, the wear law, and k_D with its source.
+"""Input of a subroutine: contact, motion of the bodies, wear law, and k_D with its source.
 
 The surface is moved explicitly, increment by increment. A wave of wear whose length is two elements, 2h, changes the
 pressure by πE_c/(2h) times its height on a half space. With the rate dw/dt = k_D·f·v·p of a pin, an increment leaves 1
@@ -38,7 +38,7 @@ from tribopipe.results.wear_fit import WearFit
 
 _STEPS = 10
 _REACH = 1.2
-"""How far nodes reach, over the contact's radius."""
+"""Extent of the nodes, relative to the contact radius."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Example:
     pressure: Column
     """Pa."""
     streamline: NDArray[np.int64]
-    """Of each node: 1, 2, …; each a streamline of its own under a pin."""
+    """Streamline number of each node: 1, 2, …; under a pin, each node has its own streamline."""
     length: Column
-    """Of the streamline that each node stands for, m."""
+    """Length of streamline that each node represents, m."""
 
 
 def _across(start: UnwornContact) -> Column:
@@ -101,27 +101,27 @@ class Sliding:
 
     start: UnwornContact
     speed: float
-    """Of sliding, or of slip, m/s."""
+    """Sliding or slip speed, m/s."""
     travel: float
     """Distance that the surface goes in one unit of the contact's progress, m."""
 
     template: ClassVar[str] = "pin_on_disc.f"
     further_templates: ClassVar[tuple[str, ...]] = ()
     speed_template: ClassVar[str | None] = None
-    """Of the speed, where the law needs it and the template does not have it."""
+    """Template of the speed, if the law requires it and the main template does not contain it."""
     drives: ClassVar[int] = 2
     """Number of dimensions of the harness."""
     on_lines: ClassVar[bool] = False
-    """Whether nodes wear by streamlines."""
+    """True if wear is calculated along streamlines."""
     rate: ClassVar[str] = "k_D p v"
     factors: ClassVar[tuple[str, ...]] = ("V",)
     """Factors next to k_D·E_c in the longest increment."""
     use: ClassVar[str] = ""
-    """What the model has to be like in addition."""
+    """Additional requirements on the model."""
     arguments: ClassVar[str] = ""
-    """Of the job."""
+    """Arguments of the ABAQUS job."""
     data: ClassVar[str] = ""
-    """What the job's own file has in it."""
+    """Description of the data file of the job."""
 
     @property
     def turns(self) -> float:
@@ -135,7 +135,7 @@ class Sliding:
 
     @property
     def reach(self) -> float:
-        """What takes the place of the sliding speed in the longest stable increment, m/s."""
+        """Speed in the longest stable increment, m/s."""
         return self.speed
 
     @property
@@ -150,7 +150,7 @@ class Sliding:
 
     @property
     def dose(self) -> float:
-        """What the first node of the example wears per time over k_D: p·v, or n·∫p dl, Pa m/s."""
+        """Wear rate of the first node of the example divided by k_D: p·v, or n·∫p dl, Pa m/s."""
         return float(self.example.pressure[0]) * self.speed
 
 
@@ -174,8 +174,8 @@ class Rolling(Sliding):
     data: ClassVar[str] = (
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
         "dl in mm that the node stands for along the direction of rolling: half the distance between its "
-        "neighbors, twice that where a plane of symmetry mirrors it. Nodes on no streamline do not wear. The one "
-        "of the harness is an example."
+        "neighbors, twice that where a plane of symmetry mirrors it. Nodes that are on no streamline do not wear. "
+        "The file in the folder harness is an example."
     )
 
     @property
@@ -190,13 +190,13 @@ class Rolling(Sliding):
 
     @property
     def words(self) -> str:
-        """Eq. 9, and what its k_D counts."""
+        """Eq. 9, and the sliding distance in its k_D."""
         return (
             f"Eq. 9: n = |V1 - V2|/(2 pi r) = {self.turns:.6g} slip rotations per second, with the slip speed "
             f"{in_mm(self.speed, 'm/s'):.6g} mm/s and the radius r = {in_mm(self.travel / (2 * math.pi), 'm'):.6g} mm "
-            "of the crowned disc, which wears; k_D counts what a point slides while it is in contact. Pressures are "
-            "those of the increment itself: the utility routines are called for all nodes of all streamlines at the "
-            "first call in an increment."
+            "of the crowned disc, which wears; k_D refers to the distance that a point slides in contact. Pressures "
+            "are those of the current increment: the utility routines are called for all nodes of all streamlines at "
+            "the first call in an increment."
         )
 
     @property
@@ -212,7 +212,7 @@ class Rolling(Sliding):
 
     @property
     def dose(self) -> float:
-        """What the first node of the example wears per time over k_D: n·∫p dl, Pa m/s."""
+        """Wear rate of the first node of the example divided by k_D: n·∫p dl, Pa m/s."""
         first = self.example.streamline == 1
         return float(self.example.pressure[first] @ self.example.length[first]) * self.turns
 
@@ -225,8 +225,8 @@ def motion_of(contact: Contact, start: UnwornContact, speed: float) -> Sliding:
 _FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: Rolling}
 
 
-_MEASURED = "k_D was identified with friction as measured; the subroutine takes the fit of Eq. 7."
-_OTHER_WEARS = "in the test the {} wore too, which this leaves out: it wears the {} alone."
+_MEASURED = "k_D was identified with friction as measured; the subroutine uses the fit of Eq. 7."
+_OTHER_WEARS = "in the test the {} wore as well; the subroutine includes only the wear of the {}."
 _PRESSURES = {
     "giwm": "uniform pressure (the Global Incremental Wear Model)",
     "volume": "the wear volume of the pin",
@@ -240,16 +240,16 @@ class KnownWear:
 
     run_id: str
     coefficient: Quantity
-    """m²/N; of discs as Eq. 9 has it, which counts what a point slides while it is in contact."""
+    """k_D, m²/N; for discs as in Eq. 9, which uses the distance that a point slides in contact."""
     origin: str
-    """Where it came from, in one sentence."""
+    """Source of k_D, in one sentence."""
     notes: tuple[str, ...] = ()
-    """What to beware of."""
+    """Limitations of this k_D."""
 
 
 def given_wear(run_id: str, coefficient: Quantity) -> KnownWear:
     """Return a k_D that somebody states."""
-    return KnownWear(run_id, coefficient, "It was given with --wear-coefficient.")
+    return KnownWear(run_id, coefficient, "It was specified with --wear-coefficient.")
 
 
 def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
@@ -258,7 +258,7 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     notes: tuple[str, ...] = (_MEASURED,) if fit.friction == "measured" else ()
     if fit.first is None:
         lacks = " and ".join(fit.lacks)
-        raise FitError(f"{run_id}: found no k_D (missing: {lacks}); give one with --wear-coefficient")
+        raise FitError(f"{run_id}: found no k_D (missing: {lacks}); expected a k_D; specify it with --wear-coefficient")
     first, *others = fit.bodies
     worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
     notes += tuple(_OTHER_WEARS.format(spoken(name), spoken(first)) for name in worn)
@@ -273,14 +273,14 @@ def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
     own, same = known_wear(fit), archards_wear(fit)
     if own is None or same is None:
         raise FitError(
-            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as Eq. 9 "
-            f'has it; fit again with a recipe that sets distance_per_rotation = "{ARCHARDS}" under [wear]'
+            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as in "
+            f'Eq. 9; fit again with a recipe that sets distance_per_rotation = "{ARCHARDS}" under [wear]'
         )
     if own.distance == ARCHARDS:
-        return same.first, f"with {ARCHARDS}, as Eq. 9 has it."
+        return same.first, f"with {ARCHARDS}, as in Eq. 9."
     return same.first, (
-        f"with {own.distance}, as {own.first.value * 1e6:.4g} mm^3/(N mm), and turned into {ARCHARDS}, as Eq. 9 "
-        f"has it: with either the {spoken(next(iter(fit.bodies)))} loses the same volume in the run."
+        f"with {own.distance}, as {own.first.value * 1e6:.4g} mm^3/(N mm), and converted to {ARCHARDS}, as in "
+        f"Eq. 9: with either, the {spoken(next(iter(fit.bodies)))} loses the same volume in the run."
     )
 
 
@@ -297,29 +297,29 @@ class WearCase:
     normal_load: float
     known: KnownWear
     speed: float
-    """Of sliding, or of slip |V₁ − V₂|, m/s."""
+    """Sliding speed, or slip speed |V₁ − V₂|, m/s."""
     duration: float
     """s."""
     friction: ExponentialFriction | None = None
     """μ(s) where the law is Sarkar's; none where it is Archard's."""
     element_size: float | None = None
-    """Of the contact surface, across the direction of rolling, m; a tenth of that of the unworn contact by default."""
+    """Element size of the contact surface across the rolling direction, m; by default a tenth of the unworn contact."""
 
     def __post_init__(self) -> None:
         if math.isinf(self.contact.unworn_radii[0]):
             raise ContactError(
-                f"{self.known.run_id}: found {self.contact.title}, which touch in a line; expected a contact in a "
-                "point, for which the subroutine is written; compute the volume by k_D·F_N·s"
+                f"{self.known.run_id}: found {self.contact.title}, a line contact; expected a point contact, for "
+                "which the subroutine is written; calculate the wear volume as k_D·F_N·s"
             )
         if not self.known.coefficient.value > 0:
             raise ContactError(
-                f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown(WEAR_COEFFICIENT)}; expected more "
-                "than zero, or there is no wear to compute; give another with --wear-coefficient"
+                f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown(WEAR_COEFFICIENT)}; expected a "
+                "positive value; specify another with --wear-coefficient"
             )
         if not self.increments < _MOST_INCREMENTS:
             raise ContactError(
                 f"{self.known.run_id}: found {self.increments:.3g} stable increments to the end; expected fewer than "
-                f"{_MOST_INCREMENTS:.0g}; check k_D, speed and their units, or take larger elements or a shorter way"
+                f"{_MOST_INCREMENTS:.0g}; check k_D, speed and their units, or use larger elements or a shorter test"
             )
 
     @property
@@ -348,7 +348,7 @@ class WearCase:
 
     @cached_property
     def motion(self) -> Sliding:
-        """How the bodies move."""
+        """Motion of the bodies."""
         return motion_of(self.contact, self.start, self.speed)
 
     @property
@@ -368,11 +368,11 @@ class WearCase:
 
     @property
     def increments(self) -> float:
-        """How many such increments the whole wear takes."""
+        """Number of such increments in the test."""
         return self.duration / self.step_limit
 
     def __str__(self) -> str:
         return (
-            f"{self.known.run_id}: increments stable below {show(self.step_limit, None, 's')} where elements of the "
-            f"contact are {show(self.element, None, 'm', 'um')} wide, {math.ceil(self.increments):,} to the end"
+            f"{self.known.run_id}: increments stable below {show(self.step_limit, None, 's')} with elements of "
+            f"{show(self.element, None, 'm', 'um')} in the contact, {math.ceil(self.increments):,} increments in total"
         )

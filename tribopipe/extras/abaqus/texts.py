@@ -19,19 +19,19 @@ from tribopipe.version import VERSION
 
 SUBROUTINE, STEP = "umeshmotion.f", "umeshmotion.inp"
 HONEST = (
-    "NOT RUN IN ABAQUS. Subroutines of this text have been compiled with gfortran and driven by the harness next to "
-    "this one, which compared their increments with those of the contact solver of tribopipe; nothing more."
+    "NOT RUN IN ABAQUS. Subroutines from this template were compiled with gfortran and run with the harness next to "
+    "this file; their increments were compared with those of the contact solver of tribopipe. No other tests were made."
 )
 _K_D = "mm^3/(N mm)"
 
 
 def title(case: WearCase, what: str) -> str:
-    """Report what a file is, of which run, and who wrote it."""
+    """Return the title of a file: its content, its run and the version that wrote it."""
     return f"{what} of run {case.known.run_id}, written by tribopipe {VERSION}. Units: mm, N, MPa, s."
 
 
-def law_told(case: WearCase) -> Iterator[str]:
-    """State by which law and with which k_D nodes recede."""
+def law_lines(case: WearCase) -> Iterator[str]:
+    """Give the wear law and the k_D of the nodes."""
     factor = "" if case.friction is None else " sqrt(1 + 3 mu^2)"
     yield f"{case.law.title()}'s law: a node recedes at {case.motion.rate}{factor}."
     yield f"k_D = {_stated(case.known.coefficient)}. {case.known.origin}"
@@ -40,7 +40,7 @@ def law_told(case: WearCase) -> Iterator[str]:
         yield (
             f"mu(s) = A exp(-s/c) + b with A = {case.friction.amplitude:.6g}, b = {case.friction.steady_state:.6g} and "
             f"c = {in_mm(float(case.friction.running_in_distance), 'm'):.6g} mm, at the sliding distance in the "
-            "middle of the increment: TIME(1) is taken for the time of the step at the end of the increment."
+            "middle of the increment: TIME(1) is assumed to be the step time at the end of the increment."
         )
     if case.motion.words:
         yield case.motion.words
@@ -49,12 +49,12 @@ def law_told(case: WearCase) -> Iterator[str]:
 def _stated(coefficient: Quantity) -> str:
     value, spread = in_mm(coefficient.value, "m^2/N"), coefficient.standard_uncertainty
     if spread is None:
-        return f"{value:.6g} {_K_D}, whose standard uncertainty is not known"
+        return f"{value:.6g} {_K_D}, with unknown standard uncertainty"
     return f"{value:.6g} {_K_D} with a standard uncertainty of {in_mm(spread, 'm^2/N'):.2g} {_K_D}"
 
 
-def increments_told(case: WearCase) -> Iterator[str]:
-    """Report how long increments may be, by formula and in numbers."""
+def increments_lines(case: WearCase) -> Iterator[str]:
+    """Give the longest stable increment, as a formula and with its values."""
     factors = ["WK", "EC", *case.motion.factors, *(["FMAX"] if case.friction else [])]
     numbers = [f"HEL = {in_mm(case.element, 'm'):.4g} mm", f"EC = {in_mm(case.modulus, 'Pa'):.6g} MPa"]
     numbers += case.motion.numbers
@@ -67,32 +67,32 @@ def increments_told(case: WearCase) -> Iterator[str]:
     )
 
 
-def use_told(case: WearCase) -> Iterator[str]:
-    """Report what the model around the subroutine has to be like."""
+def use_lines(case: WearCase) -> Iterator[str]:
+    """Give the requirements of the subroutine on the model."""
     yield (
-        "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the surface that wears, which has to be "
-        "the slave (secondary) surface of the contact, since CSTRESS is had there. UREF is not used, since a step may "
+        "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the wearing surface, which has to be the "
+        "slave (secondary) surface of the contact, where CSTRESS is available. UREF is not used, since a step may "
         "ramp it."
     )
     if case.motion.use:
         yield case.motion.use
     yield (
-        "At corners and edges of the mesh domain (LNODETYPE 3 and 4), such as the node on the axis, look at the "
-        "direction in which nodes move: local directions there are the solver's choice."
+        "At corners and edges of the mesh domain (LNODETYPE 3 and 4), such as the node on the axis, check the "
+        "direction in which nodes move: ABAQUS chooses the local directions there."
     )
 
 
-def step_told(case: WearCase) -> Iterator[str]:
-    """Report what the step needs of the model."""
+def step_lines(case: WearCase) -> Iterator[str]:
+    """Give the requirements of the step on the model."""
     body = _wearing(case)
     modulus = in_mm(case.modulus * (1 - body.poisson_ratio.value**2), "Pa")
     yield (
-        "It follows a step that presses the bodies on each other, whose loads stay as they are. WEAR_MESH is the set "
-        "of the solid elements that adapt, WEAR_NODES that of the nodes of the surface that wears: both are yours. The "
-        "time of this step is that of the test."
+        "This step follows a step that applies the load, which stays constant. Define two sets: WEAR_MESH, the solid "
+        "elements of the adaptive mesh domain, and WEAR_NODES, the nodes of the wearing surface. The time period of "
+        "this step is the duration of the test."
     )
     yield (
-        f"Where the counterbody is rigid in your model, give the wearing body E = {modulus:.6g} MPa, which is E_c (1 "
+        f"If the counterbody is rigid in your model, set the wearing body to E = {modulus:.6g} MPa, which is E_c (1 "
         f"- nu^2) with its Poisson's ratio nu = {body.poisson_ratio.value:g}, so that the contact is as stiff as that "
         "of both bodies."
     )
@@ -102,40 +102,40 @@ def _wearing(case: WearCase) -> Specimen:
     return case.contact.bodies[case.contact.fitted_bodies[0]]
 
 
-def files_told() -> Iterator[str]:
-    """Report what the files are."""
-    yield f"{SUBROUTINE}: the subroutine; Windows wants it named umeshmotion.for."
-    yield f"{STEP}: the step to put into an input file."
-    yield "harness: drives the subroutine without ABAQUS; never copy its ABA_PARAM.INC next to a job."
+def files_lines() -> Iterator[str]:
+    """List the files."""
+    yield f"{SUBROUTINE}: the subroutine; on Windows, rename it to umeshmotion.for."
+    yield f"{STEP}: the step to include in the input file."
+    yield "harness: runs the subroutine without ABAQUS; never copy its ABA_PARAM.INC to the folder of a job."
 
 
-def drive_told(case: WearCase, first_wear: float) -> Iterator[str]:
-    """Report how to run job and harness, and what the harness should print."""
+def run_lines(case: WearCase, first_wear: float) -> Iterator[str]:
+    """Give the commands for job and harness, and the output expected from the harness."""
     yield "In ABAQUS:"
     yield f"  abaqus job=NAME user={SUBROUTINE}{case.motion.arguments}"
-    yield "Without it, in the folder harness:"
+    yield "Without ABAQUS, in the folder harness:"
     yield "  gfortran -Wall -Wextra -Wno-unused-dummy-argument harness.f"
     yield "  ./a.out < pressures.txt"
     yield (
-        "That prints PNEWDT and the wear of each node in mm, one line per increment, under the pressure of the unworn "
-        f"contact: {in_mm(first_wear, 'm'):.6g} mm of the first node in the first increment. The warning that is "
-        "turned off is for arguments of UMESHMOTION that are not used: their list is ABAQUS's."
+        "This prints PNEWDT and the wear of each node in mm, one line per increment, under the pressure of the unworn "
+        f"contact: {in_mm(first_wear, 'm'):.6g} mm at the first node in the first increment. The disabled warning is "
+        "about unused arguments of UMESHMOTION, whose list is set by ABAQUS."
     )
     yield (
-        "If nothing wears, see that the surface is the slave one and its nodes are in the mesh domain: the utility "
-        "routine does not distinguish a pressure of zero from an unavailable one."
+        "If nothing wears, check that the surface is the slave surface and that its nodes are in the mesh domain: the "
+        "utility routine does not distinguish zero pressure from unavailable pressure."
     )
     yield (
-        "ABAQUS does not solve the contact again after moving the mesh. With twin discs this gave 11 % less wear than "
-        "solving it again, growing with it; moving the nodes of the mesh by the wear so far and going on in "
-        "another step brings it back (Figs. 10 and 11 of the paper)."
+        "ABAQUS does not solve the contact again after moving the mesh. For twin discs, the wear was 11 % lower than "
+        "with a new solution, and the difference increased with wear. It disappears if the nodes of the mesh are moved "
+        "by the wear so far and the analysis continues in another step (Figs. 10 and 11 of the paper)."
     )
     if case.motion.data:
         yield case.motion.data
 
 
 Jtyp = Literal["0", "1", "none"]
-"""How GETVRMAVGATNODE averages at a node; none leaves the argument out."""
+"""Averaging argument of GETVRMAVGATNODE; none omits it."""
 _MARGIN = 1.5
 """Increments allowed, over those that the longest stable ones take."""
 _FINEST = 1e-3
@@ -168,7 +168,7 @@ def _filled(template: str, values: Mapping[str, str] | None = None) -> str:
 
 
 def _subroutine(case: WearCase, average: Mapping[str, str]) -> str:
-    words = law_told(case), increments_told(case), use_told(case)
+    words = law_lines(case), increments_lines(case), use_lines(case)
     parts = [
         comment([title(case, "Wear"), HONEST, *chain.from_iterable(words)]),
         "C\n",
@@ -210,7 +210,7 @@ def _friction(case: WearCase, friction: ExponentialFriction) -> str:
 
 
 def _step(case: WearCase) -> str:
-    head = (title(case, "Wear step"), HONEST, *step_told(case), *increments_told(case))
+    head = (title(case, "Wear step"), HONEST, *step_lines(case), *increments_lines(case))
     longest = _cut_off(case.step_limit)
     numbers = {
         "most_increments": f"{math.ceil(case.increments * _MARGIN) + 1}",
@@ -230,11 +230,11 @@ def _cut_off(number: float) -> str:
 def _readme(case: WearCase) -> str:
     rate = case.known.coefficient.value * case.motion.dose * case.factor(case.speed * case.step_limit / 2)
     words = (
-        files_told(),
-        law_told(case),
-        increments_told(case),
-        use_told(case),
-        drive_told(case, rate * case.step_limit),
+        files_lines(),
+        law_lines(case),
+        increments_lines(case),
+        use_lines(case),
+        run_lines(case, rate * case.step_limit),
     )
     return comment([title(case, "UMESHMOTION"), HONEST, *chain.from_iterable(words)], sign="")
 

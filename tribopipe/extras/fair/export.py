@@ -23,19 +23,19 @@ Form = Literal["folder", "zip", "eln"]
 
 
 class Chosen(NamedTuple):
-    """What goes into a crate, by id."""
+    """Runs and studies in a crate, by id."""
 
     runs: tuple[str, ...]
     studies: tuple[str, ...]
 
 
 class Exported(NamedTuple):
-    """What was written."""
+    """Result of an export."""
 
     path: Path
     chosen: Chosen
     lacking: tuple[str, ...]
-    """What repositories require and is not stated."""
+    """Metadata that repositories require but that are not stated."""
 
 
 def choose(archive: Archive, ids: Sequence[str]) -> Chosen:
@@ -95,8 +95,8 @@ def export_crate(
                     _pack(folder, part, f"{path.stem}/" if form == "eln" else "")
     except OSError as error:
         raise ArchiveError(
-            f"{path}: cannot be written ({error.strerror or error}); expected a place with room and write permission; "
-            "name another"
+            f"{path}: cannot be written ({error.strerror or error}); expected a folder with free space and write "
+            "permission; choose another folder"
         ) from None
     return Exported(path, chosen, tuple(dataset.lacking()))
 

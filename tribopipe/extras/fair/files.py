@@ -40,7 +40,7 @@ class Part:
     """One file of a crate, with what is stated about every file."""
 
     path: str
-    """In the folder of its run or study."""
+    """Path in the folder of its run or study."""
     content: Iterable[bytes]
     meaning: str
     media_type: str
@@ -57,10 +57,10 @@ def run_parts(archive: Archive, run_id: str) -> Iterator[Part]:
     outline, raw = archive.outline(run_id), archive.raw(run_id)
     yield _record("run.json", outline.manifest, "content of run.toml, numbers in SI")
     for source in raw.sources:
-        yield Part(f"source/{source.name}", source.pieces(), "as it came", media_type(source.name))
+        yield Part(f"source/{source.name}", source.pieces(), "original file", media_type(source.name))
     earlier = archive.earlier_manifests(run_id)
     for one in earlier:
-        yield Part(earlier_path(one), one.source.pieces(), f"run.toml as it was until {one.date}", _TOML)
+        yield Part(earlier_path(one), one.source.pieces(), f"run.toml before the change of {one.date}", _TOML)
     for kind in csv_kinds(archive, run_id):
         yield _table(f"tables/{kind}.csv", csv_parts(archive, run_id, kind), CSV_KINDS[kind], _MADE_BY.get(kind))
     yield from _profiles(raw)
@@ -166,7 +166,9 @@ def _profiles(run: RawRun) -> Iterator[Part]:
     for number, (name, profile) in enumerate(run.profiles.items()):
         heads = ["position [m]", "height [m]"]
         content = _rows(heads, [profile.position, profile.height])
-        yield Part(f"tables/profile-{number}.csv", content, f"{name}: a profile across the wear", CSV, tuple(heads))
+        yield Part(
+            f"tables/profile-{number}.csv", content, f"{name}: a profile across the worn surface", CSV, tuple(heads)
+        )
 
 
 def _fields(archive: Archive, run_id: str, name: StepName) -> Iterator[Part]:
@@ -204,7 +206,7 @@ _PREVIEW_ROWS = (
     ("Belongs to", "citation"),
     ("Keywords", "keywords"),
 )
-"""What the preview shows of the crate as a whole."""
+"""Properties of the crate that the preview shows."""
 _Entity = Mapping[str, Any]
 
 

@@ -20,7 +20,7 @@ DATASET = "about/dataset.toml"
 RO_CRATE = "1.1"
 """Version of RO-Crate: the one on which notebooks, repositories and validators agree."""
 Ref: TypeAlias = dict[str, str]
-"""How an entity stands in another."""
+"""Reference to an entity from another entity."""
 _TERMS = {"sha256": "http://schema.org/sha256"}
 """Names that the vocabulary of this version of RO-Crate does not have."""
 _LISTS = ("hasPart", "mentions", "comment", "variableMeasured")

@@ -1,4 +1,4 @@
-"""Where the data of a crate come from: people, institutions, license, grants, and evaluations as actions."""
+"""Provenance of the data in a crate: people, institutions, license, grants, and evaluations as actions."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
@@ -12,7 +12,7 @@ from tribopipe.extras.fair.files import Part, earlier_path
 from tribopipe.extras.fair.graph import Graph, Ref, local
 from tribopipe.extras.fair.vocabulary import term
 
-_NOT_SAID = "No license is given: to use the data, ask their creators."
+_NOT_SAID = "No license is specified: ask the creators before you use the data."
 
 
 def person(graph: Graph, one: Person) -> Ref:
@@ -53,7 +53,7 @@ def licence(graph: Graph, dataset: Dataset) -> Ref:
     if dataset.licence is None:
         return graph.thing("#no-licence", "CreativeWork", name="No license given", description=_NOT_SAID)
     iri = f"https://spdx.org/licenses/{dataset.licence}"
-    description = f"The license that SPDX lists as {dataset.licence}."
+    description = f"SPDX license {dataset.licence}."
     return graph.thing(
         iri, "CreativeWork", name=dataset.licence, description=description, identifier=dataset.licence, url=iri
     )

@@ -41,7 +41,7 @@ _PIECE = 1 << 20
 _END = struct.Struct("<4s4H2LH")
 _END_64, _PLACE_OF_SIZE_64 = 56, 40
 _BROKEN = (BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, zlib.error)
-"""What reading a zip raises that is damaged, encrypted, or packed in a way that Python does not know."""
+"""Exceptions from a zip that is damaged, encrypted, or compressed with an unsupported method."""
 
 
 class Member(NamedTuple):
@@ -98,7 +98,10 @@ class Packed:
                 found.update(piece)
                 yield piece
         if left or found.hexdigest() != sha256.lower():
-            raise self.refused(f"{name!r} with other bytes than when it was packed", "those of its SHA-256")
+            raise self.refused(
+                f"{name!r} with content that differs from the packed file",
+                "the content recorded by its SHA-256 checksum",
+            )
 
     @contextmanager
     def _read(self, name: str) -> Iterator[IO[bytes]]:
@@ -109,15 +112,13 @@ class Packed:
             raise self.refused(f"{name!r} damaged or encrypted ({error})", "a file that can be read") from None
         except OSError as error:
             raise ArchiveError(
-                f"{self.path}: cannot be read ({error.strerror or error}); expected a crate that can be; see to its "
-                "permissions, or whether its drive is there"
+                f"{self.path}: cannot be read ({error.strerror or error}); expected a readable crate; check its "
+                "permissions and that its drive is connected"
             ) from None
 
     def refused(self, found: str, expected: str) -> ArchiveError:
         """Return the error for a crate that is not what it claims."""
-        return ArchiveError(
-            f"{self.path}: found {found}; expected {expected}; get the crate again from where it is kept"
-        )
+        return ArchiveError(f"{self.path}: found {found}; expected {expected}; download or copy the crate again")
 
 
 @contextmanager
@@ -127,7 +128,7 @@ def packed(path: Path) -> Iterator[Packed]:
         yield Packed(path, dict(_in_folder(path)))
         return
     if not path.is_file():
-        raise ArchiveError(f"{path}: found no such file or folder; expected an RO-Crate or a .eln file; check the name")
+        raise ArchiveError(f"{path}: found no such file or folder; expected an RO-Crate or a .eln file; check the path")
     with _zip(path) as unpacking:
         yield Packed(path, _in_zip(path, unpacking))
 
@@ -155,18 +156,18 @@ def _zip(path: Path) -> Iterator[ZipFile]:
             if _directory_size(file) > _MOST_DIRECTORY:
                 raise ArchiveError(
                     f"{path}: found a list of files of more than {_MOST_DIRECTORY:,} bytes; expected a crate of a few "
-                    "thousand files; unpack it, and name the folder"
+                    "thousand files; unpack it, and specify the folder"
                 )
             unpacking = ZipFile(file)
             yield unpacking
     except _BROKEN as error:
         raise ArchiveError(
-            f"{path}: found no zip file, or a damaged one ({error}); expected an RO-Crate or a .eln file; get it again "
-            "from where it is kept"
+            f"{path}: found no zip file, or a damaged one ({error}); expected an RO-Crate or a .eln file; download "
+            "or copy it again"
         ) from None
     except OSError as error:
         raise ArchiveError(
-            f"{path}: cannot be read ({error.strerror or error}); expected a crate that can be; see to its permissions"
+            f"{path}: cannot be read ({error.strerror or error}); expected a readable crate; check its permissions"
         ) from None
 
 
@@ -206,10 +207,10 @@ def _in_zip(path: Path, unpacking: ZipFile) -> dict[str, Member]:
 def _refuse_hostile(path: Path, entry: ZipInfo) -> None:
     name = PurePosixPath(entry.filename)
     if name.is_absolute() or ".." in name.parts or "\\" in entry.filename or ":" in entry.filename:
-        raise _hostile(path, f"the name {entry.filename!r}, which leads out of it", "names within it")
+        raise _hostile(path, f"the path {entry.filename!r}, which is outside the crate", "paths within the crate")
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind and not stat.S_ISREG(kind):
-        raise _hostile(path, f"a link or a device, {entry.filename!r}", "files alone")
+        raise _hostile(path, f"a link or a device, {entry.filename!r}", "only files")
     if entry.file_size > _FREE + _MOST_PACKED * entry.compress_size:
         raise _hostile(
             path,
@@ -226,7 +227,7 @@ def _root(names: Iterator[str]) -> str:
 
 
 def _hostile(path: Path, found: str, expected: str) -> ArchiveError:
-    return ArchiveError(f"{path}: found {found}; expected {expected}; take nothing from it unless you know who made it")
+    return ArchiveError(f"{path}: found {found}; expected {expected}; do not unpack it unless you trust its source")
 
 
 _ARCHIVED = re.compile(
@@ -256,7 +257,7 @@ class ArchivedFile(NamedTuple):
 
 @dataclass
 class Restored:
-    """What became of each run and study of a crate."""
+    """Outcome for each run and study of a crate."""
 
     done: dict[ArchivedFile, Literal["added", "unchanged"]] = field(default_factory=dict)
     failed: dict[ArchivedFile, TribopipeError] = field(default_factory=dict)
@@ -301,7 +302,7 @@ def _described(crate: Packed) -> dict[str, Held]:
         graph = orjson.loads(crate.metadata())["@graph"]
         entities = [one for one in graph if isinstance(one, dict)]
     except (KeyError, TypeError, ValueError):
-        raise crate.refused("metadata that are no JSON-LD graph", "those of an RO-Crate") from None
+        raise crate.refused("metadata without a JSON-LD graph", "the metadata of an RO-Crate") from None
     held = (_held(one) for one in entities)
     return {one.name: one for one in held if one is not None}
 
@@ -343,7 +344,7 @@ def _dataset(crate: Packed, held: Held, archive: Archive) -> Path | None:
             write_file(path, content)
     except OSError as error:
         raise ArchiveError(
-            f"{path}: cannot be written ({error.strerror or error}); expected a folder with room and write permission; "
-            "name an archive elsewhere with --archive"
+            f"{path}: cannot be written ({error.strerror or error}); expected a folder with free space and write "
+            "permission; choose another archive with --archive"
         ) from None
     return path

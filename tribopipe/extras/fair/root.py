@@ -1,4 +1,4 @@
-"""What a crate is as a whole: the root of its graph, and the files that are about it.
+"""Root of the graph of a crate, and the files that describe the crate.
 
 The codebook has every column of its tables and every number of its results in one table. DataCite's fields are JSON
 that repositories take with the files (schema.datacite.org, 4).
@@ -58,7 +58,7 @@ def datacite(
         "doi": dataset.doi,
         "titles": [{"title": title}],
         "creators": [_creator(person) for person in dataset.creators] or [{"name": _UNKNOWN}],
-        "publisher": _organisation(dataset.publisher) if dataset.publisher else {"name": _UNKNOWN},
+        "publisher": _organisation(dataset.publisher, "publisher") if dataset.publisher else {"name": _UNKNOWN},
         "publicationYear": published[:4],
         "dates": [{"date": published, "dateType": "Issued"}],
         "language": dataset.language,
@@ -94,22 +94,15 @@ def _creator(person: Person) -> dict[str, Any]:
             {"nameIdentifier": link, "nameIdentifierScheme": "ORCID", "schemeUri": "https://orcid.org"}
         ]
     if person.affiliation:
-        said["affiliation"] = [_affiliation(person.affiliation)]
+        said["affiliation"] = [_organisation(person.affiliation, "affiliation")]
     return said
 
 
-def _affiliation(one: Organisation) -> dict[str, str]:
+def _organisation(one: Organisation, role: str) -> dict[str, str]:
     if one.ror is None:
         return {"name": one.name}
-    scheme = {"affiliationIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
-    return {"name": one.name, "affiliationIdentifier": one.ror, **scheme}
-
-
-def _organisation(one: Organisation) -> dict[str, str]:
-    if one.ror is None:
-        return {"name": one.name}
-    scheme = {"publisherIdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
-    return {"name": one.name, "publisherIdentifier": one.ror, **scheme}
+    scheme = {f"{role}IdentifierScheme": "ROR", "schemeUri": "https://ror.org"}
+    return {"name": one.name, f"{role}Identifier": one.ror, **scheme}
 
 
 def _rights(licence: str) -> dict[str, str]:
@@ -134,7 +127,7 @@ _KEYWORDS = ("tribology", "wear", "friction", "tribometer")
 
 
 class _Summary(NamedTuple):
-    """What is stated about the crate in every form: as dataset.toml has it, or else made of what is in it."""
+    """Description of the crate for every format: from dataset.toml, or else from its content."""
 
     title: str
     description: str
@@ -158,7 +151,7 @@ def describe_root(
         "about",
         list(_about(graph, summary, dataset, document)),
         name="About this data set",
-        description="What the files mean: codebook, schemas, and what repositories ask for.",
+        description="What the files mean: codebook, schemas, and the metadata that repositories require.",
         author=author,
     )
     graph.describe(

@@ -31,12 +31,12 @@ class Told(NamedTuple):
     """One number or text of a record."""
 
     key: str
-    """As in the document or the archive, with points between: "conditions.normal_load"."""
+    """Key in the document or the archive, with dots: "conditions.normal_load"."""
     value: float | str
     unit: str | None = None
     """SI unit; none of a text."""
     standard_uncertainty: float | None = None
-    """In ``unit``."""
+    """Standard uncertainty in ``unit``."""
     interval: tuple[float, float] | None = None
     """Coverage interval, in ``unit``."""
     meaning: str = ""
@@ -77,28 +77,28 @@ class Described:
     folder: Ref
     actions: tuple[Ref, ...]
     text: Markup
-    """What a notebook shows of it."""
+    """Content shown in an electronic lab notebook."""
     keywords: tuple[str, ...] = ()
     study: bool = False
 
 
 @dataclass(frozen=True)
 class Crating:
-    """What a crate is made of, and of what."""
+    """Graph of a crate, and the archive that it is made from."""
 
     graph: Graph
     archive: Archive
     """The archive within the crate."""
     dataset: Dataset
     reports: bool
-    """Whether a report of each run and study is drawn."""
+    """True if a report of each run and study is included."""
 
     def run(self, run_id: str) -> Described:
         """Put a run into the crate."""
         run, graph = self.archive.outline(run_id), self.graph
         manifest = run.manifest
         made = _placed(graph, f"runs/{run_id}", run_parts(self.archive, run_id))
-        archived = _archived(graph, self.archive.path(run_id), RUN_FORMAT, f"the run {run_id}, whole")
+        archived = _archived(graph, self.archive.path(run_id), RUN_FORMAT, f"the complete run {run_id}")
         who = provenance.operator(graph, self.dataset, manifest.operator)
         instrument, bodies = self._instrument(manifest), list(_bodies(graph, manifest))
         actions = [test_action(graph, run, who, instrument, bodies, made), archive_action(graph, run, archived, made)]
@@ -131,7 +131,7 @@ class Crating:
         stored, graph = self.archive.study_outline(study_id), self.graph
         made = _placed(graph, f"studies/{study_id}", study_parts(self.archive, study_id))
         path = self.archive.study_folder / f"{study_id}.h5"
-        archived = _archived(graph, path, STUDY_FORMAT, f"the study {study_id}, whole")
+        archived = _archived(graph, path, STUDY_FORMAT, f"the complete study {study_id}")
         members = [runs[one].folder for one in (*stored.study.fit, *stored.study.predict) if one in runs]
         found = [archived, *(ref for _, ref in made.values())]
         text = study_text(self.archive, study_id)
@@ -203,7 +203,7 @@ def _archived(graph: Graph, path: Path, form: Format, meaning: str) -> Ref:
         local("format", str(form)),
         "CreativeWork",
         name=str(form),
-        description="NeXus HDF5 as tribopipe archives it, sealed by the SHA-256 of its content.",
+        description="NeXus HDF5 as tribopipe archives it, with the SHA-256 checksum of its content.",
     )
     return graph.standing(path, description=meaning, encodingFormat=HDF5, conformsTo=follows)
 

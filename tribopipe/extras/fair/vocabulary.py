@@ -1,4 +1,4 @@
-"""What our names mean, and what they are called in published vocabularies.
+"""Meaning of the names in tribopipe, and their terms in published vocabularies.
 
 Where a name is not listed, no identifier is known of it.
 
@@ -56,7 +56,7 @@ UNITS: Mapping[str, Unit] = {
     "K": Unit("K", "K"),
     "m^2/N": Unit("m2.N-1", "M2-PER-N"),
 }
-"""By the unit as the archive writes it."""
+"""Terms of units, with the archive's unit as key."""
 
 _TERMS: Mapping[str, str] = {
     "test": "TribologicalExperiment",
@@ -101,28 +101,28 @@ _ENDS: Mapping[str, str] = {
 }
 _MEANINGS: Mapping[str, str] = {
     **{name: signal.meaning for name, signal in SIGNALS.items()},
-    "wear_depth": "wear of both bodies, corrected for drift, or by a wear law",
-    "pin_wear_depth": "the pin's part of the wear",
-    "fitted_friction_coefficient": "friction coefficient by the exponential fit",
-    **{law: f"wear by {law_title(law)}" for law in LAWS},
+    "wear_depth": "total wear depth of both bodies, corrected for drift or from a wear law",
+    "pin_wear_depth": "wear depth of the pin",
+    "fitted_friction_coefficient": "friction coefficient from the exponential fit",
+    **{law: f"wear from {law_title(law)}" for law in LAWS},
     "curved_depth": "wear depth of the crowned disc",
     "flat_depth": "wear depth of the cylindrical disc",
     "curved_volume": "wear volume of the crowned disc",
     "flat_volume": "wear volume of the cylindrical disc",
-    "half_width": "half axis of the contact across rolling",
-    "half_length": "half axis of the contact along rolling",
+    "half_width": "semi-axis of the contact across the rolling direction",
+    "half_length": "semi-axis of the contact along the rolling direction",
     "pressure": "contact pressure",
     "measured": "measured wear",
-    "predicted": "wear by the law",
+    "predicted": "wear from the law",
     "lower": "lower end of the 95 % band of the prediction",
     "upper": "upper end of the 95 % band of the prediction",
-    "measurement": "the measurement",
-    "position": "place across the wear",
-    "height": "height, upwards out of the body",
+    "measurement": "name of the post-test measurement",
+    "position": "position across the worn surface",
+    "height": "height, positive outward from the body",
     "radius": "distance from the middle of the contact",
-    "across": "place across rolling",
-    "along": "place along rolling",
-    "wear": "depth worn at a place",
+    "across": "position across the rolling direction",
+    "along": "position along the rolling direction",
+    "wear": "wear depth at this position",
     "gap": "gap between the unworn surfaces",
 }
 

@@ -1,4 +1,4 @@
-"""What is amiss with a run that goes on: a sensor that stands still, a load lost, friction that jumps, another law.
+"""Alarms of a running test: constant sensor signal, lost load, jump in friction, departure from the wear law.
 
 The wear law is watched by the CUSUM of recursive residuals. The test is divided into blocks of equal distance. Each
 block's mean is predicted by the law with zero offset, drift and k_D fitted to the blocks before it; what it differs
@@ -36,9 +36,9 @@ class Alarm(Record):
     """Something amiss with a run that goes on."""
 
     kind: AlarmKind
-    """What it is about; of each kind the first one is given."""
+    """Kind of alarm; only the first of each kind is reported."""
     sliding_distance: Quantity | None = None
-    """Where it was noticed."""
+    """Sliding distance at which it was noticed."""
     message: str
     """One sentence on what was found, and what to look at."""
 
@@ -67,7 +67,7 @@ _BEFORE = 3
 
 
 class StuckSensor:
-    """How long the depth reading has not changed."""
+    """Duration of a constant depth signal."""
 
     def __init__(self) -> None:
         self._last = np.nan
@@ -96,7 +96,7 @@ class StuckSensor:
             yield alarm_at(
                 "sensor",
                 self._since,
-                f"the depth has stood at exactly {shown} since {self._since:.4g} m, for {self._same} samples: the "
+                f"the depth signal has been exactly {shown} since {self._since:.4g} m ({self._same} samples): the "
                 "sensor is at the end of its range, or its channel is dead",
             )
 
@@ -109,8 +109,8 @@ def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
         yield alarm_at(
             "load",
             float(distance[off]),
-            f"found a load of {found} at {distance[off]:.4g} m where {stated} is nominal: the weight is off, or the "
-            "load cell",
+            f"found a load of {found} at {distance[off]:.4g} m where {stated} is nominal: the weight was removed, or "
+            "the load cell is faulty",
         )
 
 
@@ -126,13 +126,13 @@ def friction_alarms(means: Means) -> Iterator[Alarm]:
         yield alarm_at(
             "friction",
             distance,
-            f"friction went from {before[jump]:.2g} to {after[jump]:.2g} at {distance:.4g} m: look at the contact, the "
-            "lubricant and the load",
+            f"friction changed from {before[jump]:.2g} to {after[jump]:.2g} at {distance:.4g} m: check the contact, "
+            "the lubricant and the load",
         )
 
 
 BLOCKS = 100
-"""Into which a test is divided."""
+"""Number of blocks into which a test is divided."""
 _BOUND = 1.143
 """a of the bound that 1 % of sound tests cross."""
 _FEWEST_BLOCKS = 10
@@ -141,14 +141,14 @@ _SINGULAR = 1e-9
 
 @dataclass(frozen=True)
 class Departure:
-    """Where a run left the law that it had followed."""
+    """Departure of a run from its wear law."""
 
     noticed: float
     """Sliding distance, m, at which it was sure."""
     since: float
     """Sliding distance, m, from which on the residuals are farthest from those of a law that holds."""
     deeper: bool
-    """Whether the reading went deeper than predicted."""
+    """True if the depth signal is deeper than predicted."""
 
     @property
     def alarm(self) -> Alarm:
@@ -157,8 +157,8 @@ class Departure:
         return alarm_at(
             "law",
             self.noticed,
-            f"the reading has deviated from the wear law since about {self.since:.4g} m, {where} than predicted from "
-            "the reading before: wear has changed, or the drift is not steady",
+            f"the depth signal has deviated from the wear law since about {self.since:.4g} m, {where} than predicted "
+            "from the earlier signal: the wear has changed, or the drift is not steady",
         )
 
 

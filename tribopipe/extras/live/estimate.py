@@ -1,4 +1,4 @@
-"""What the samples so far show of k_D, drift and the wear to come: distributions, however few the samples.
+"""Estimates of k_D, drift and future wear from the samples so far, as distributions for any number of samples.
 
 While little wear has been seen, k_D is far from normal, and Gauss–Newton from far away need not arrive. So the wear by
 now, h, is taken step by step over all that it can be; zero offset, drift and the disc's wear are fitted for each h.
@@ -62,7 +62,7 @@ class Posterior:
 
     @cached_property
     def _moved(self) -> dict[str, float]:
-        """By how much a standard uncertainty of each input moves ln k_D."""
+        """Change of ln k_D for one standard uncertainty of each input."""
         at = math.exp(self.centre)
         return {name: self.problem.sensitivity(name, at) * self.problem.inputs[name].spread for name in self._errors}
 
@@ -207,25 +207,25 @@ class Estimate(Record):
     law: LawName
     """Wear law."""
     sliding_distance: Quantity
-    """How far the run has come."""
+    """Sliding distance so far."""
     wear_coefficient: Quantity
     """k_D by least squares; 0 where no wear fits best."""
     interval: Interval
-    """Of k_D."""
+    """95 % interval of k_D."""
     wear_depth: Quantity
     """Wear of the pin by now."""
     wear_depth_interval: Interval
-    """Of the wear by now."""
+    """95 % interval of the current wear depth."""
     planned_distance: Quantity | None = None
-    """Where the test is to end; none where it is not stated."""
+    """Planned sliding distance; none if it is not stated."""
     predicted_depth: Quantity | None = None
     """Wear of the pin at the planned end."""
     predicted_interval: Interval | None = None
-    """Of the wear at the planned end."""
+    """95 % interval of the wear depth at the planned end."""
     drift_rate: Quantity
     """Slope against time of what the sensor reads in addition to wear."""
     finished: bool
-    """Whether the wear at the end was measured, so that this is the joint fit of the whole run."""
+    """True if the wear at the end was measured, so that this is the joint fit of the complete run."""
 
 
 def estimated(found: Posterior, law: LawName, planned: float | None) -> Estimate:

@@ -1,4 +1,4 @@
-"""What an instrument has appended to the files of a run since the last look, as samples in SI.
+"""Samples that an instrument has appended to the files of a run since the last update, in SI units.
 
 Of one file of delimited text only new, whole lines are read, by the code that reads a whole file: a last line that is
 half written waits. Any other format, and several files of one test, are read again as a whole where they have changed.
@@ -29,7 +29,7 @@ _NEEDED: tuple[SignalName, ...] = (*_AXES, "sliding_speed")
 
 
 class Axes:
-    """What the axes of a run have come to."""
+    """Current ends of the axes of a run."""
 
     def __init__(self, manifest: RunManifest) -> None:
         self._manifest = manifest
@@ -64,8 +64,8 @@ class Axes:
         for name in _AXES:
             if name in columns and np.any(np.diff(columns[name]) < 0):
                 raise ReaderError(
-                    f"{self._manifest.id}: found a {name.replace('_', ' ')} that falls back; expected one test that "
-                    "goes on; process the run when it has ended, which joins the parts of a test"
+                    f"{self._manifest.id}: found a {name.replace('_', ' ')} that decreases; expected a single "
+                    "continuous test; process the run after it has ended, which joins the parts of a test"
                 )
 
     def _refuse_unknown(self, origins: dict[SignalName, Origin]) -> None:
@@ -82,7 +82,7 @@ _KNOWN_BY = 4096
 """Bytes at the beginning, and before where reading goes on, by which a file is known again."""
 _FORMAT = "delimited"
 _FEWEST_ROWS = 20
-"""By which the head of a file is understood."""
+"""Number of rows from which the layout of a file is detected."""
 
 
 class GrowingText:
@@ -91,7 +91,7 @@ class GrowingText:
     def __init__(self, signals: SignalFile, arms: Arms) -> None:
         self._signals, self._name, self._arms = signals, signals.names[0], arms
         self.is_foreign = False
-        """Whether it is no text of lines that can be read as it grows."""
+        """True if it is not a text file that can be read while it grows."""
         self._begin()
 
     def _begin(self) -> None:
@@ -181,14 +181,14 @@ class Appended:
     """Samples that have come, in the order of the test."""
 
     columns: Mapping[SignalName, Column]
-    """In SI, time and sliding distance among them."""
+    """Columns in SI units, including time and sliding distance."""
     origins: Mapping[SignalName, Origin]
     anew: bool = False
-    """Whether the files were replaced or cut, so that these are the first samples again."""
+    """True if the files were replaced or truncated, so that the samples start again."""
 
 
 class Follower:
-    """What reads the files of a run again and again."""
+    """Reader of growing files of a run."""
 
     def __init__(self, manifest: RunManifest, folder: Path) -> None:
         self._manifest, self._folder = manifest, folder
@@ -231,7 +231,7 @@ class Follower:
         size = sum(one.st_size for one in seen)
         if size > _MOST_WHOLE:
             raise ReaderError(
-                f"{names[0]}: found {size / 2**20:.0f} MB that have to be read again as a whole at each look; expected "
+                f"{names[0]}: found {size / 2**20:.0f} MB that must be read again completely at each update; expected "
                 f"one file of delimited text, or at most {_MOST_WHOLE >> 20} MB; process the run when it has ended"
             )
         try:

@@ -1,4 +1,4 @@
-"""What the archive of a lab gives for a run beforehand: the drift of its instrument, and k_D of its bodies.
+"""Prior information from the archive: drift of the instrument, and k_D of the same bodies.
 
 Of n archived values the next one is expected at their mean, with the standard deviation s·√(1 + 1/n)·√((n − 1)/(n − 3))
 of Student's t (JCGM 101:2008, 6.4.9.4): it exists from four values on.
@@ -26,7 +26,7 @@ _GIVEN = re.compile(r"\s*(?P<value>\S{1,40})\s*(?:±|\+-|\+/-)\s*(?P<spread>[^\s
 
 
 class Expected(NamedTuple):
-    """What is expected of a run, and the runs that it is known by."""
+    """Prior of a run, and the archived runs that it is from."""
 
     quantity: Quantity
     runs: tuple[str, ...]
@@ -45,7 +45,7 @@ def quantity_given(option: str, text: str, kind: str) -> Quantity:
     except UnitError as error:
         raise UnitError(f"{option}: {error}") from None
     if not spread > 0:
-        raise UnitError(f"{option}: found {text!r}; expected a standard uncertainty above zero")
+        raise UnitError(f"{option}: found {text!r}; expected a positive standard uncertainty")
     return Quantity(value=value, unit=KINDS[kind].si, standard_uncertainty=spread)
 
 
@@ -89,7 +89,7 @@ def _next(values: Sequence[float], what: str) -> tuple[float, float]:
     count = len(values)
     if count < _FEWEST:
         raise FitError(
-            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to predict the next one; archive "
+            f"found {count} archived runs with a {what}; expected at least {_FEWEST} to predict the next run; archive "
             "more of them, or omit the option"
         )
     return fmean(values), stdev(values) * math.sqrt((1 + 1 / count) * (count - 1) / (count - 3))

@@ -33,7 +33,7 @@ from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import RawRun
 
 _PARTS = 5
-"""Of a test, in each of which the noise is found by itself."""
+"""Number of parts of a test; the noise is estimated in each."""
 _SMOOTH = 4
 """Powers of √s in a smooth curve: few, as each takes noise out of a short record."""
 _PER_FREEDOM = 3.0
@@ -47,10 +47,10 @@ _LEAST = 1e-12
 
 @dataclass(frozen=True)
 class Noise:
-    """Of the reading, its autocorrelation counted in."""
+    """Noise of the depth signal, including its autocorrelation."""
 
     variance: float
-    """Of one sample, times the autocorrelation time, m²."""
+    """Variance of one sample times the autocorrelation time, m²."""
     freedom: float
     """Degrees of freedom by which that is known."""
 
@@ -97,7 +97,7 @@ def _noise(residuals: Column, parameters: int, each: float) -> Noise:
 
 
 _DISC_POWER = 0.75
-"""Of s, as which ∫ds/a grows under a sphere, whose contact radius a grows as the fourth root of s."""
+"""Exponent of s in ∫ds/a under a sphere, whose contact radius a grows as the fourth root of s."""
 _LEAST_SPREAD = 1e-12
 _AS_PLANNED = 0.98
 """Share of the planned distance at which a test has ended as planned."""
@@ -105,7 +105,7 @@ _AS_PLANNED = 0.98
 
 @dataclass(frozen=True)
 class Known:
-    """What is known of a run before its end."""
+    """Information on a run before its end."""
 
     drift_rate: Quantity | None = None
     """m/s"""
@@ -114,7 +114,7 @@ class Known:
     wear_coefficient: Quantity | None = None
     """k_D, m²/N; its standard uncertainty over its value is that of ln k_D."""
     notes: tuple[str, ...] = ()
-    """Whence it is known."""
+    """Sources of the prior information."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +131,9 @@ class LiveProblem(JointProblem):
     """The joint fit of the samples so far."""
 
     beliefs: tuple[Belief, ...] = ()
-    """Of "drift" and "disc" by now, m, and of "ln k_D"."""
+    """Prior values of the current "drift" and "disc", m, and of "ln k_D"."""
     most_noise: float = math.inf
-    """What the noise is below with a probability of 95 %, m²."""
+    """Upper limit of the noise with a probability of 95 %, m²."""
     freedom: float = math.inf
     """Degrees of freedom by which the noise is known."""
 
@@ -191,16 +191,16 @@ class LiveProblem(JointProblem):
 
     @property
     def finished(self) -> bool:
-        """Whether the wear at the end of the run was measured."""
+        """True if the wear at the end of the run was measured."""
         return any(anchor.name == END_ANCHOR for anchor in self.anchors)
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What is followed, and by what law it is judged."""
+    """Run that is followed, and its wear law."""
 
     run: RawRun
-    """Without its samples; the first of them show where its columns come from."""
+    """Run with its first samples only, which show the sources of its columns."""
     law: LawName = "archard"
     recipe: Recipe = field(default_factory=Recipe)
     known: Known = Known()
@@ -256,7 +256,7 @@ def _trace(means: Means, fine: Means) -> SensorTrace:
     """Return the reading of means, with drift counted from the first to the last sample."""
     begun, duration = fine.time[0], fine.time[-1] - fine.time[0]
     if not duration > 0:
-        raise FitError("found samples at one time only; expected a test that goes on; check the clock")
+        raise FitError("found samples at one time only; expected increasing times; check the clock")
     first, last = (Quantity(value=float(fine.depth[place]), unit="m") for place in (0, -1))
     return SensorTrace(
         reading=means.depth,
@@ -280,8 +280,8 @@ def _friction(asked: Asked, fine: Means) -> MeasuredFriction | None:
     seen = np.isfinite(fine.friction)
     if not np.any(seen):
         raise FitError(
-            f"{asked.run.id}: found no friction among the samples; expected one for Sarkar's law; map a friction "
-            "column in run.toml, or follow the run by Archard's law"
+            f"{asked.run.id}: found no friction signal; expected a friction signal for Sarkar's law; map a friction "
+            "column in run.toml, or follow the run with Archard's law"
         )
     return MeasuredFriction(fine.sliding_distance[seen], fine.friction[seen])
 

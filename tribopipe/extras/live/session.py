@@ -1,4 +1,4 @@
-"""One run that is followed: what came, what it shows, and what is amiss, look by look."""
+"""Session that follows one run: new samples, estimates and alarms at each update."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -25,22 +25,22 @@ from tribopipe.extras.live.state import State
 
 
 class LiveUpdate(Record):
-    """What one look at a run found."""
+    """Result of one update."""
 
     id: str
     """Name of the run."""
     samples: int
     """Samples with depth so far."""
     sliding_distance: Quantity | None = None
-    """How far the run has come; none before the first sample."""
+    """Sliding distance so far; none before the first sample."""
     estimate: Estimate | None = None
-    """What the samples show; none while they show nothing."""
+    """Estimate from the samples; none if there are too few."""
     lacks: str | None = None
     """Why there is no estimate."""
     alarms: tuple[Alarm, ...] = ()
-    """What is amiss, each given once."""
+    """Alarms, each reported once."""
     notes: tuple[str, ...] = ()
-    """What was known beforehand, and whence."""
+    """Prior information and its source."""
 
 
 class Session:
@@ -59,7 +59,7 @@ class Session:
         self.posterior: Posterior | None = None
         """k_D by the last update; none while it is unknown."""
         self.grew = False
-        """Whether samples came since the look before the last."""
+        """True if there are samples since the update before the last."""
         self._follower = Follower(asked.run.manifest, folder)
         self._sensor = StuckSensor()
         self._reached: float | None = None
@@ -85,7 +85,7 @@ class Session:
         if planned is None or self.asked.ends_at(reached):
             return self._update([])
         message = (
-            f"nothing was appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
+            f"no data were appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
             "recording stopped"
         )
         return self._update([alarm_at("stalled", reached, message)])
@@ -94,11 +94,11 @@ class Session:
         """Take in samples."""
         if "depth" not in appended.columns:
             raise FitError(
-                f"{self.asked.run.id}: found no depth signal; expected one to follow; map its column in run.toml"
+                f"{self.asked.run.id}: found no depth signal; expected a depth signal; map its column in run.toml"
             )
         if appended.anew:
             self.state, self._sensor = State(), StuckSensor()
-            message = "the file was truncated or replaced: starting again with its content"
+            message = "the file was truncated or replaced: restarting from its new content"
             yield Alarm(kind="replaced", message=message)
         turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
         columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})
@@ -143,5 +143,5 @@ class Session:
 
     @property
     def alarmed(self) -> bool:
-        """Whether anything was amiss so far."""
+        """True if there was an alarm so far."""
         return bool(self._told)

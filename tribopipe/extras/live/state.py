@@ -1,4 +1,4 @@
-"""What is kept of a run that is followed: sums over equally many samples, in an array whose size does not grow.
+"""State of a running test: sums over equally many samples, in an array whose size does not grow.
 
 Where the array is full, sums are added in pairs, so that each is over twice as many samples as before. However the
 samples came in pieces, the same ones stand in the same sum.
@@ -29,9 +29,9 @@ class Means:
     sliding_distance: Column
     """m"""
     root: Column
-    """Of the square root of the sliding distance, m^0.5: depth on a sphere grows about as it does."""
+    """Square root of the sliding distance, m^0.5; the depth on a sphere grows about in proportion."""
     depth: Column
-    """As the sensor reads, m."""
+    """Depth signal, m."""
     friction: Column
     """Its magnitude, a ratio."""
     load: Column

@@ -48,11 +48,11 @@ def true_parameters(law: WearLaw) -> dict[str, Quantity] | None:
 
 
 TrueValue = Callable[[Quantity], float]
-"""What makes the true value of a quantity out of the stated one."""
+"""Function that draws the true value of a quantity from the stated value."""
 
 
 def systematic_errors(seed: int, *, drawn: bool) -> TrueValue:
-    """Return what makes the true value of a quantity out of the stated one: another error each time, or none."""
+    """Return the function that draws true values: a new error for each quantity, or none."""
     # A stream of its own, so that the noise is the same with these errors and without.
     rng = np.random.Generator(np.random.PCG64([seed, 1]))
 
@@ -104,7 +104,7 @@ SIGNALS_NAME, TRUTH_NAME = "signals.csv", "truth.json"
 
 
 class Written(NamedTuple):
-    """How a column stands in signals.csv."""
+    """Column of signals.csv: header and units."""
 
     header: str
     si: str
@@ -121,7 +121,7 @@ def require_simulated(folder: Path) -> None:
     there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
     if there and not (folder / TRUTH_NAME).is_file():
         raise OutputError(
-            f"{folder}: found {there[0]}, and no {TRUTH_NAME} next to it; expected a new folder, or a simulated run; "
+            f"{folder}: found {there[0]} without {TRUTH_NAME}; expected a new folder, or a simulated run; "
             "name another folder"
         )
 

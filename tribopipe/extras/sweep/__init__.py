@@ -1,1 +1,1 @@
-"""One computation done many times over: choices of evaluation, predictions, virtual tests."""
+"""Repeated evaluations: choices of evaluation, predictions, virtual tests."""

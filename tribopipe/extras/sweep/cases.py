@@ -27,9 +27,9 @@ class Head:
     name: str
     unit: str | None = None
     uncertain: bool = False
-    """Whether a standard uncertainty stands next to each number."""
+    """True if each value has a standard uncertainty."""
     written: Mapping[Cell, str] = field(default_factory=dict)
-    """How people wrote some of its values."""
+    """Original text of some of its values."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ class Head:
 
 @dataclass(frozen=True)
 class Row:
-    """What a case found: of one body, or at one place."""
+    """Result of a case for one body or place."""
 
     body: str
     outcome: str
@@ -55,9 +55,9 @@ class Case:
     """One task of a sweep."""
 
     labels: Mapping[str, Cell]
-    """What distinguishes it from the others, by the names of columns."""
+    """Values that distinguish the case, with column names as keys."""
     fingerprint: str
-    """Of all that its rows are made from, the program's version among it."""
+    """Fingerprint of all sources of its rows, including the program version."""
     job: Callable[[], list[Row]]
     """Finds its rows; picklable."""
 
@@ -144,8 +144,8 @@ def read_rows(path: Path, ensemble: Ensemble) -> dict[str, list[Row]]:
 
 def _other_table(path: Path) -> ManifestError:
     return ManifestError(
-        f"{path}: found a table that is not of this sweep; expected its own table or none; name another file, or "
-        "replace it with --force"
+        f"{path}: found the table of another sweep; expected the table of this sweep, or no file; choose another "
+        "file, or replace it with --force"
     )
 
 
@@ -170,7 +170,7 @@ class Combination:
     settings: Settings
     cells: Mapping[str, Cell]
     repeat: int
-    """From 1 on."""
+    """Number of the repeat, from 1."""
 
     def labels(self, run_id: str) -> dict[str, Cell]:
         """Return what distinguishes its case of a run from all others."""
@@ -214,5 +214,6 @@ def refuse_endless(parameters: Sequence[Parameter], times: int, where: str) -> N
     count = times * math.prod(len(listed(parameter)) for parameter in parameters)
     if count > _MOST_CASES:
         raise ManifestError(
-            f"{where}: found {count} cases; expected at most {_MOST_CASES}; vary fewer keys at once, or repeat less"
+            f"{where}: found {count} cases; expected at most {_MOST_CASES}; vary fewer keys at once, or use fewer "
+            "repeats"
         )

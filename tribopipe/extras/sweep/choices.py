@@ -29,7 +29,7 @@ FIT_NUMBERS = (
     Head("interval_upper", "m^2/N"),
     Head("end_wear_depth", "m", uncertain=True),
 )
-"""What is kept of a fit."""
+"""Columns of a fit in the table."""
 
 
 class Choice(Record):

@@ -58,7 +58,7 @@ class Table:
 
     @property
     def has_answers(self) -> bool:
-        """Whether any case was done, and did not fail."""
+        """True if at least one case was completed without error."""
         return any(row.outcome != FAILED for rows in self.rows.values() for row in rows)
 
     def fill(self, crew: Crew) -> Iterator[tuple[Case, TribopipeError | None]]:

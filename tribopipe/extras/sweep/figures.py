@@ -28,19 +28,19 @@ if TYPE_CHECKING:
 _MOST_PANELS = 12
 _MOST_ABREAST = 3
 _LETTERS = 42
-"""That fit above a panel in one line."""
+"""Number of characters that fit above a panel in one line."""
 _APART, _CLOSE = 0.08, 0.008
-"""How far colors are apart: between two texts, and over all values."""
+"""Distance of colors: between two texts, and over all values."""
 _SMALL = 1e-2
 """Lengths below are read in µm, m."""
 _DECADES = 20
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
 _RELATIVE = "over the true value"
-"""In the place of a unit."""
+"""Text shown instead of a unit."""
 
 
 class _Key(NamedTuple):
-    """Where something stands in the figure."""
+    """Position in the figure."""
 
     panel: tuple[str, ...]
     line: Cell
@@ -59,7 +59,7 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True)
 class _Layout:
-    """Which keys stand where."""
+    """Keys of panels, x-axis and colors."""
 
     along: Head
     lines: Head | None
@@ -101,7 +101,7 @@ def _layout(sweep: Sweep, ensemble: Ensemble, told: Sequence[Answer]) -> _Layout
     several = [head for head in fixed if len({answer.case.labels[head.name] for answer in told}) > 1]
     if not several:
         raise ManifestError(
-            "--figure: found nothing to draw against; expected a key with two values or more, and cases that were "
+            "--figure: found no values for the x-axis; expected a key with two values or more, and cases that were "
             "done; vary one"
         )
     varied = sorted(several, key=lambda head: head.name == "run")

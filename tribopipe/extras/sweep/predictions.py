@@ -47,7 +47,7 @@ _FRICTION = "run.conditions.friction"
 
 
 class Condition(Record):
-    """What a run's wear is predicted under."""
+    """Conditions of a prediction."""
 
     run: RunManifest
     """Its run.toml."""
@@ -63,7 +63,7 @@ class Condition(Record):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of every prediction, and what is known with its documents."""
+    """Options of every prediction, and its documents."""
 
     at: tuple[float, ...]
     """Distances, m, or rotations."""
@@ -72,7 +72,7 @@ class Wanted:
     known: Mapping[LawName, KnownWear]
     """k_D that the archived fit found under each law."""
     friction: FrictionPath | None
-    """As the run has it."""
+    """Friction of the run."""
 
     def outcomes(self, unit: str) -> list[str]:
         """Return the label of each row: a place, or a depth to reach."""
@@ -124,8 +124,8 @@ def _known(condition: Condition, wanted: Wanted) -> KnownWear:
     if condition.law in wanted.known:
         return wanted.known[condition.law]
     raise FitError(
-        f"{condition.run.id}: found no k_D under {condition.law}; expected one to predict from; give wear_coefficient "
-        "in the sweep, or fit the run first"
+        f"{condition.run.id}: found no k_D under {condition.law}; expected a k_D for the prediction; add "
+        "wear_coefficient to the sweep, or fit the run first"
     )
 
 
@@ -151,7 +151,7 @@ class _Source:
 
     manifest: RunManifest
     sha256: str
-    """Of what it is made from; empty of a folder whose manifest is all."""
+    """SHA-256 of the source; empty for a folder with only a manifest."""
     end: float | None
     """Its own end, m or rotations."""
     friction: FrictionPath | None = None
@@ -245,7 +245,9 @@ def _places(asked: Predictions, source: _Source, where: str) -> tuple[float, ...
     """Return where to predict, m or rotations: the run's own end where nothing is stated."""
     if not asked.at and not asked.depth:
         if source.end is None:
-            raise ManifestError(f'{where}: predictions.at: missing; expected where to predict; add at = ["500 m"]')
+            raise ManifestError(
+                f'{where}: predictions.at: missing; expected the places to predict at; add at = ["500 m"]'
+            )
         return (source.end,)
     try:
         return tuple(parse(text, source.manifest.progress.kind) for text in asked.at)

@@ -16,7 +16,7 @@ from tribopipe.documents.sweep import Drawn, Normal, Values
 
 R = TypeVar("R", bound=Record)
 Cell: TypeAlias = str | float
-"""What stands in a cell of a table: a text, or a number in SI."""
+"""Cell of a table: a text, or a number in SI units."""
 Settings: TypeAlias = Mapping[str, Any]
 """Values of keys by their paths, as JSON types."""
 
@@ -29,7 +29,7 @@ class Subject(Generic[R]):
     base: Mapping[str, Any]
     """The documents as they are, as JSON types."""
     where: str
-    """What errors name: the file of the sweep."""
+    """File of the sweep, for error messages."""
 
     def changed(self, settings: Settings) -> R:
         """Return the record with other values. Raises ``ManifestError`` where a key is unknown, or a value wrong."""
@@ -59,12 +59,12 @@ class Value:
     """One value of a key."""
 
     given: Any
-    """As JSON types."""
+    """Value as JSON types."""
     cell: Cell
     unit: str | None
     """SI unit of a number that has one."""
     shown: str = ""
-    """As it is written in the sweep, where it is a text."""
+    """Text of the value in the sweep file, if it is a text."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +112,17 @@ def _parameter(path: str, values: Values, subject: Subject[Any]) -> Parameter:
     told = _ends(path, values, subject)
     if not all(isinstance(one.cell, float) for one in told):
         raise ManifestError(
-            f"{subject.where}: vary.{path}: found a distribution of what is no number; expected a list of values; "
-            "write them in brackets"
+            f"{subject.where}: vary.{path}: found a distribution for a key that is not numeric; expected a list of "
+            "values; write the values in brackets"
         )
     if not told[0].cell < told[1].cell:  # type: ignore[operator]
         expected = (
-            "a mean with a standard_uncertainty above zero" if isinstance(values, Normal) else "least below greatest"
+            "a mean with a positive standard_uncertainty"
+            if isinstance(values, Normal)
+            else "a minimum less than the maximum"
         )
         raise ManifestError(
-            f"{subject.where}: vary.{path}: found nothing to draw between {told[0].cell:g} and {told[1].cell:g}; "
+            f"{subject.where}: vary.{path}: found an empty range from {told[0].cell:g} and {told[1].cell:g}; "
             f"expected {expected}; correct it"
         )
     return Parameter(path, told, values)
@@ -136,7 +138,7 @@ def _ends(path: str, values: Drawn, subject: Subject[Any]) -> tuple[Value, ...]:
         spread = _at(stated, path).standard_uncertainty
     if not isinstance(mean.cell, float) or isinstance(spread, bool) or not isinstance(spread, int | float):
         raise ManifestError(
-            f"{subject.where}: vary.{path}: found standard_uncertainty = {spread!r}; expected one of the unit of the "
+            f"{subject.where}: vary.{path}: found standard_uncertainty = {spread!r}; expected the unit of the "
             "mean; correct it"
         )
     return mean, Value(mean.given, mean.cell + spread, mean.unit)

@@ -1,4 +1,4 @@
-"""What the rows of a sweep come to: the spread over choices, what draws make of a prediction, what tests would find."""
+"""Summary of a sweep: spread over choices, distribution of predictions, results of virtual tests."""
 
 import math
 import statistics
@@ -20,12 +20,12 @@ Labels = Mapping[str, Cell]
 
 
 class Share(Record):
-    """How many of some, with the exact binomial 95 % interval of the probability (Clopper and Pearson)."""
+    """Count out of a total, with the exact binomial 95 % interval of the probability (Clopper and Pearson)."""
 
     count: int
-    """How many."""
+    """Count."""
     of: int
-    """Of how many."""
+    """Total number."""
     interval: tuple[float, float]
     """95 % interval."""
 
@@ -52,9 +52,9 @@ class ChoiceSpread(Record):
     labels: dict[str, str | float]
     """Run, body and law."""
     fitted: int
-    """In how many ways a k_D was found."""
+    """Number of combinations with a k_D."""
     of: int
-    """Of how many."""
+    """Total number."""
     least: Quantity
     """Smallest k_D."""
     greatest: Quantity
@@ -62,7 +62,7 @@ class ChoiceSpread(Record):
     stated: float
     """Standard uncertainty over k_D, the median of those stated."""
     effects: dict[str, float]
-    """By how much the mean k_D over all else changes at most with each choice, over the mean of all."""
+    """Largest change of the mean k_D with each choice, relative to the mean of all."""
 
     @property
     def half_range(self) -> float:
@@ -72,16 +72,16 @@ class ChoiceSpread(Record):
 
 
 class Scatter(Record):
-    """What the draws of one combination make of a prediction."""
+    """Distribution of a prediction over the draws of one combination."""
 
     labels: dict[str, str | float]
-    """What is not drawn, the body, and the place or depth asked for."""
+    """Keys that are not drawn, body, and place or depth of the prediction."""
     predicted: int
-    """How many draws gave a prediction."""
+    """Number of draws with a prediction."""
     of: int
-    """Of how many."""
+    """Total number."""
     quantity: str
-    """What was predicted."""
+    """Predicted quantity."""
     mean: Quantity
     """Mean, and standard deviation as its uncertainty."""
     interval: tuple[Quantity, Quantity]
@@ -89,18 +89,18 @@ class Scatter(Record):
 
 
 class Coverage(Record):
-    """What virtual tests of one combination find, with their truth."""
+    """Results of the virtual tests of one combination, compared with the true values."""
 
     labels: dict[str, str | float]
-    """What is not drawn, and the body."""
+    """Keys that are not drawn, and body."""
     fitted: int
-    """How many tests had a k_D."""
+    """Number of tests with a k_D."""
     held: Share
-    """How many 95 % intervals of k_D held the true one; a test without a k_D holds nothing."""
+    """Number of 95 % intervals that contain the true k_D; a test without a k_D does not count as one."""
     within: Share | None
-    """How many tests ended as close to the true k_D as wanted."""
+    """Number of tests within the target deviation from the true k_D."""
     limit: float | None
-    """How close that is: the deviation over the true k_D."""
+    """Target deviation, relative to the true k_D."""
     bias: float | None
     """Mean deviation of k_D from the true one, over it."""
     scatter: float | None

@@ -110,7 +110,7 @@ def virtual_tests(sweep: Sweep, asked: VirtualTests, beside: Path, recipe: Recip
     """
     if _SEED in sweep.vary:
         raise ManifestError(
-            f"{where}: vary.{_SEED}: found a seed; expected none, since each repeat has its own; remove it, and give "
+            f"{where}: vary.{_SEED}: found a seed; expected no seed, since each repeat has its own; remove it, and set "
             "repeats and seed"
         )
     varied: tuple[Parameter, ...] = ()

@@ -1,4 +1,4 @@
-"""What lies in a watched folder: exports, each of one test, and run folders that somebody put there."""
+"""Content of a watched folder: exports of one test each, and run folders."""
 
 import hashlib
 import os
@@ -13,9 +13,9 @@ from tribopipe.documents.manifest import MANIFEST_NAME
 
 _UNFINISHED = re.compile(r"^[.~]|~$|\.(tmp|temp|part|partial|filepart|crdownload|bak|lock)$", re.IGNORECASE)
 _NO_EXPORT = re.compile(r"\.toml$|^(desktop\.ini|thumbs\.db)$", re.IGNORECASE)
-"""What lies next to exports: templates, reader profiles, and what Windows writes into folders."""
+"""Files next to exports that are ignored: templates, reader profiles and files written by Windows."""
 _HELD = (32, 33)
-"""What Windows states about a file that another program has open, or has locked in part."""
+"""Windows error codes of a file that another program has open or has locked in part."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Drop:
     stamp: str
     """Another one whenever a name, a size or a time of change is."""
     is_run: bool = False
-    """Whether it is a run folder, with a run.toml."""
+    """True for a run folder with a run.toml."""
 
 
 def drops(folder: Path, *, together: bool = False, without: Collection[Path] = ()) -> list[Drop]:

@@ -1,4 +1,4 @@
-"""What happened in a watch: events as it reports them, and what became of each drop, remembered over restarts.
+"""Events of a watch, and the state of each export, kept over restarts.
 
 An event is a sentence for people and JSON for programs; the journal has one line of JSON for each drop that something
 became of, and survives crashes.
@@ -25,8 +25,8 @@ _COUNTED: dict[Kind, str] = {
     "done": "archived",
     "waiting": "to be filled in",
     "failed": "failed",
-    "same": "with bytes of other files",
-    "left": "left alone",
+    "same": "with the content of another file",
+    "left": "ignored",
 }
 
 
@@ -38,7 +38,7 @@ class Event:
     text: str
     """One sentence."""
     file: str | None = None
-    """What was dropped: its path in the watched folder."""
+    """Path of the export in the watched folder."""
     run: str | None = None
     """Id of the run, or the path of a run folder that was dropped."""
     details: tuple[str, ...] = ()
@@ -66,7 +66,7 @@ State = Literal["begun", "made", "done", "failed", "same", "left"]
 
 
 class Entry(Record):
-    """What became of a drop."""
+    """State of an export."""
 
     name: str
     """Path in the watched folder."""
@@ -161,6 +161,6 @@ def alone(runs: Path) -> Iterator[None]:
             yield
     except Timeout:
         raise ArchiveError(
-            f"{runs}: found another `tribopipe watch` that makes runs here; expected none; leave it to that one, or "
+            f"{runs}: found another `tribopipe watch` writing to this folder; expected only one; stop it, or "
             "choose another folder with --runs"
         ) from None

@@ -1,4 +1,4 @@
-"""What is watched, and what its exports become."""
+"""Folders of a watch: exports, run folders and archive."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,16 +17,16 @@ class Lab:
     """Folders, each as it is without links, and how runs are made and processed."""
 
     folder: Path
-    """Into which instruments write; nothing is ever written into it here."""
+    """Folder to which instruments write; tribopipe never writes to it."""
     runs: Path
-    """Where run folders are made."""
+    """Folder of the new run folders."""
     archive: Path
     recipe: Recipe
     template: Path | None = None
     together: bool = False
-    """Whether the files of a folder within the watched one are one test."""
+    """True if the files in a subfolder of the watched folder are one test."""
     settle: float = 10.0
-    """How long nobody has written to an export that is complete, s."""
+    """Time without changes after which an export is complete, s."""
     figures: bool = True
     crew: Crew = field(default_factory=Crew)
 
@@ -34,8 +34,8 @@ class Lab:
         """Raise ``TribopipeError`` where there is no folder to watch, or the template cannot be taken."""
         if not self.folder.is_dir():
             raise ReaderError(
-                f"{self.folder}: found no folder there; expected the one that the instrument exports into; connect its "
-                "drive or share, or name another"
+                f"{self.folder}: found no folder at this path; expected the export folder of the instrument; connect "
+                "its drive or share, or choose another folder"
             )
         if self.folder.is_relative_to(self.runs) or self.folder.is_relative_to(self.archive):
             raise ReaderError(

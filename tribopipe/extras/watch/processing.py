@@ -1,4 +1,4 @@
-"""From what was dropped to a run folder, and from there into the archive, as `tribopipe process` takes it.
+"""Creation of run folders from exports, and their processing as with `tribopipe process`.
 
 A run folder is made once for the same bytes, under whatever names they come.
 """
@@ -135,7 +135,7 @@ def _same(drop: Drop, journal: Journal, twin: Entry) -> Iterator[Event]:
         journal.note(twin.model_copy(update=again))
         return
     journal.note(twin.model_copy(update=again | {"state": "same"}))
-    yield Event("same", f"{drop.name}: holds the bytes of {twin.name}, which is run {twin.run}", drop.name, twin.run)
+    yield Event("same", f"{drop.name}: same content as {twin.name}, which is run {twin.run}", drop.name, twin.run)
 
 
 def _half(drop: Drop, run_id: str, lab: Lab, journal: Journal) -> str | None:
@@ -158,13 +158,13 @@ def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Even
     """Report for a run folder, which is processed unless something has to be filled in."""
     said = f"{entry.name}: run {entry.run}"
     if entry.instead_of:
-        said += f", as the file went on after run {entry.instead_of} was made of it"
+        said += f", since the file continued after run {entry.instead_of} was created from it"
     lacks = made and (", ".join(made.lacks) or made.problem)
     if not lacks:
         journal.note(entry.model_copy(update={"state": "made"}))
         return Event("made", said, entry.name, entry.run)
     journal.note(lab.failed(entry))
-    said += f"; still to be filled in: {lacks}; it is processed once that stands in {lab.manifest(entry)}"
+    said += f"; still to be filled in: {lacks}; it is processed after this is entered in {lab.manifest(entry)}"
     return Event("waiting", said, entry.name, entry.run)
 
 
@@ -175,11 +175,11 @@ def _left(drop: Drop, journal: Journal, error: TribopipeError) -> Event:
     entry = Entry(name=drop.name, stamp=drop.stamp, sha256=sha256, state="left")
     (journal.note if isinstance(error, ReaderError) else journal.hold)(entry)
     said = str(error).removeprefix(f"{drop.files[0].name}: ").removeprefix(f"{drop.name}: ")
-    return Event("left", f"{drop.name}: no run is made of it; {said}", drop.name)
+    return Event("left", f"{drop.name}: no run was created from it; {said}", drop.name)
 
 
 _OF_THE_RUN = (CheckError, ContactError, FitError, ManifestError, ReaderError)
-"""What does not go away before run.toml changes."""
+"""Errors that remain until run.toml changes."""
 
 
 def processed(lab: Lab, journal: Journal) -> Iterator[Event]:
@@ -239,7 +239,7 @@ def _set_aside(entry: Entry, archive: Archive) -> Iterator[Outcome]:
     half = entry.instead_of
     if half is None or not archive.path(half).exists():
         return
-    reason = f"its file went on after it was archived; run {entry.run} has the whole"
+    reason = f"its file continued after it was archived; run {entry.run} contains the complete test"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     try:
         if archive.bad(half) is None:

@@ -15,11 +15,11 @@ from tribopipe.extras.watch.lab import Lab
 from tribopipe.extras.watch.processing import changed, processed, take, try_again
 
 _TICK = 1000
-"""How often it is asked whether a look is due though nothing changed, ms."""
+"""Interval between checks whether a scan is due although nothing changed, ms."""
 _QUIET, _LONGEST = 500, 2000
 """Changes are reported once there was none for so long, or that long after the first, ms."""
 _POLL_EVERY = 2000
-"""How often a network share is asked, ms."""
+"""Polling interval of a network share, ms."""
 
 
 def changes(folder: Path, *, poll: bool) -> Iterator[bool]:
@@ -76,7 +76,7 @@ class Settling:
 _AT_ONCE = 32
 """Drops made into runs before these are processed."""
 _LOOK_EVERY = 30.0
-"""How long no look is taken where nothing shows a change, s."""
+"""Longest time between scans without a reported change, s."""
 
 
 def watched(lab: Lab, *, poll: bool) -> Iterator[Event]:
@@ -141,8 +141,8 @@ class Watcher:
 
     def _came_or_went(self, gone: bool) -> Iterator[Event]:
         if gone and not self._gone:
-            waits = "cannot be seen now; expected it to stay; connect its drive or share, which is waited for"
+            waits = "not available; expected a connected folder; connect its drive or share, and watching continues"
             yield Event("gone", f"{self._lab.folder}: {waits}")
         if self._gone and not gone:
-            yield Event("back", f"{self._lab.folder}: there again")
+            yield Event("back", f"{self._lab.folder}: available again")
         self._gone = gone
