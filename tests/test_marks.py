@@ -136,7 +136,7 @@ def test_failed_mark_changes_nothing_and_leaves_nothing(archive, monkeypatch):
         raise OSError(28, "No space left on device")
 
     before = tree_bytes(archive)
-    monkeypatch.setattr("tribopipe.archive.store.write_marks", fail)
+    monkeypatch.setattr("tribopipe.archive.run_files.write_marks", fail)
     with pytest.raises(ArchiveError, match="No space left on device"):
         Archive(archive).mark(RUN, BAD)
     assert tree_bytes(archive) == before

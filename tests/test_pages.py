@@ -8,7 +8,7 @@ from archived_files import edited
 from folders import replace_in, set_key
 
 from tribopipe.archive import nexus
-from tribopipe.archive.archived_run import StepOutline
+from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, Mark

@@ -7,8 +7,9 @@ from tribopipe.archive.file_access import check_adopted
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
 from tribopipe.archive.history import announced
 from tribopipe.archive.lock import writers_lock
+from tribopipe.archive.run_files import SUFFIX
 from tribopipe.archive.seal import state_of
-from tribopipe.archive.store import SUFFIX, Archive
+from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean
 from tribopipe.base.files import move
 

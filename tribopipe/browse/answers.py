@@ -12,7 +12,8 @@ import numpy as np
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, texts_of
-from tribopipe.archive.store import STUDIES, SUFFIX, Archive
+from tribopipe.archive.run_files import STUDIES, SUFFIX
+from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import from_si
 from tribopipe.browse.plots import PlotOffer

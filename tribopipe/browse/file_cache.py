@@ -10,13 +10,14 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from tribopipe.archive.archived_run import RunOutline
 from tribopipe.archive.file_access import opened
 from tribopipe.archive.file_signature import stamp_of
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.hdf5_guard import own_datasets
+from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.run_files import SUFFIX
 from tribopipe.archive.steps import StepName
-from tribopipe.archive.store import SUFFIX, Archive
+from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError

@@ -25,7 +25,7 @@ from tribopipe.views.page import Fact, RunPage
 from tribopipe.views.run_page import run_page
 
 if TYPE_CHECKING:
-    from tribopipe.archive.archived_run import RunOutline
+    from tribopipe.archive.outline import RunOutline
     from tribopipe.archive.store import Archive
 
 

@@ -18,7 +18,7 @@ from tribopipe.results.study import AGREEMENT, tally
 from tribopipe.results.wear_fit import fits_of
 
 if TYPE_CHECKING:
-    from tribopipe.archive.archived_run import RunOutline
+    from tribopipe.archive.outline import RunOutline
     from tribopipe.archive.store import Archive
     from tribopipe.documents.quantity import Quantity
     from tribopipe.results.study import LawResult, StudyResult

@@ -6,11 +6,10 @@ These are found in the catalog, so that a large archive takes no longer.
 from collections.abc import Iterable
 from itertools import product
 
-from tribopipe.archive.archived_run import ArchivedRun
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import ListedRun, of_law
 from tribopipe.archive.steps import WEAR_FITS
-from tribopipe.archive.store import Archive
+from tribopipe.archive.store import Archive, ArchivedRun
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName

@@ -8,9 +8,9 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tribopipe.archive.archived_run import RunOutline, archived_curves
 from tribopipe.archive.file_signature import FIGURES
 from tribopipe.archive.local_wear_tables import archived_local_wear
+from tribopipe.archive.outline import RunOutline, archived_curves
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import CleanUp

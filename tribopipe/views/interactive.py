@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tribopipe.archive.archived_run import ArchivedRun
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import COLUMNS, columns_named, usual_columns
-from tribopipe.archive.store import Archive
+from tribopipe.archive.store import Archive, ArchivedRun
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
 from tribopipe.base.units import KINDS

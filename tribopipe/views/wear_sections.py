@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
-from tribopipe.archive.archived_run import StepOutline
+from tribopipe.archive.outline import StepOutline
 from tribopipe.archive.steps import StepName
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken

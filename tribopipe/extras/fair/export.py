@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 from typing import Literal, NamedTuple
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile
 
-from tribopipe.archive.store import SUFFIX, Archive
+from tribopipe.archive.run_files import SUFFIX
+from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean
 from tribopipe.base.files import replacing
 from tribopipe.base.process_lifecycle import undone_by

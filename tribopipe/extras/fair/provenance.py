@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from urllib.parse import quote
 
-from tribopipe.archive.archived_run import RunOutline, StepOutline
 from tribopipe.archive.earlier_manifests import EarlierManifest
+from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import STEPS, StepName, step_in_words
 from tribopipe.documents.dataset import Dataset, Funding, Organisation, Person, Publication
 from tribopipe.extras.fair.files import Part, earlier_path

@@ -21,7 +21,8 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import orjson
 
-from tribopipe.archive.store import STUDIES, SUFFIX, Archive
+from tribopipe.archive.run_files import STUDIES, SUFFIX
+from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, TribopipeError
 from tribopipe.base.files import clear_leftovers_of, leads_out, write_file
 from tribopipe.documents.dataset import DATASET_NAME, Dataset

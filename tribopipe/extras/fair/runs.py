@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from tribopipe.archive.archived_run import RunOutline
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, Format
+from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.contact_kinds import spoken

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from markupsafe import Markup
 
-from tribopipe.archive.archived_run import RunOutline
+from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import show, show_force

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from tribopipe.archive.archived_run import RunOutline
+from tribopipe.archive.outline import RunOutline
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.report_details import ReportDetails, Samples, StandardName
 

@@ -1,12 +1,8 @@
-"""One run of an archive as Python sees it: ``archive["si3n4-air-200mN"]``, and its outline without arrays.
-
-An outline is read as fast for two million samples as for a hundred.
-"""
+"""The outline of an archived run: all but its arrays, read in a time that is independent of its length."""
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -23,21 +19,15 @@ from tribopipe.archive.runfile import (
     read_marks,
     read_result,
 )
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepName, StepsByLaw, step_in_words, steps_among
+from tribopipe.archive.steps import Step, StepName, steps_among
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding
-from tribopipe.results.interactive import Tabular, UnitColumn, views
-from tribopipe.results.run import CorrectedRun, Origin, RawRun
+from tribopipe.results.run import Origin
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import Band, WearCurves, WearPrediction
-
-if TYPE_CHECKING:
-    from tribopipe.archive.store import Archive
-
 
 _TAIL = 1000
 """Samples at the end of a run among which the last known value of an axis is looked for."""
@@ -148,100 +138,6 @@ def _last(entry: h5py.Group, name: SignalName) -> float | None:
     tail = unpacked(entry["clean_up/data" if cleaned else "raw"][name], last=_TAIL).astype(np.float64)
     known = tail[np.isfinite(tail)]
     return float(known[-1]) if known.size else None
-
-
-class ArchivedRun(Tabular):
-    """A run in an archive. Each attribute is read from the file when it is used."""
-
-    def __init__(self, archive: "Archive", run_id: str) -> None:
-        self.archive, self._id = archive, run_id
-
-    @property
-    def id(self) -> str:
-        """Name of the run."""
-        return self._id
-
-    @property
-    def manifest(self) -> RunManifest:
-        """Content of run.toml."""
-        return self.archive.manifest(self.id)
-
-    @property
-    def raw(self) -> RawRun:
-        """The run as it was ingested."""
-        return self.archive.raw(self.id)
-
-    @property
-    def run(self) -> RawRun:
-        """The run with preprocessed signals; as ingested if there was no preprocessing."""
-        return self.archive.cleaned(self.id)
-
-    @property
-    def corrected(self) -> CorrectedRun:
-        """The run corrected for drift. Raises ``ArchiveError`` if it has no drift correction."""
-        correction = self.archive.needed_result(self.id, "drift_correction", DriftCorrection)
-        step = self.archive.step(self.id, "drift_correction")
-        curves = {} if step is None else {name: values for name, (values, _) in step.curves.items()}
-        return CorrectedRun(self.run, correction, curves.get("wear_depth"), curves.get("wander"))
-
-    @property
-    def friction(self) -> FrictionFit | None:
-        """Fit of the friction coefficient; none if the run has no such step."""
-        fit = self.archive.result(self.id, "friction_fit", FrictionFit)
-        return None if fit is None else fit.fitted_to(self.run)
-
-    @property
-    def fits(self) -> dict[str, WearFit]:
-        """Wear fits by the name of the wear law."""
-        steps = self._under(WEAR_FITS)
-        return {
-            law: self._drawable(step.result, step) for law, step in steps.items() if isinstance(step.result, WearFit)
-        }
-
-    @property
-    def predictions(self) -> dict[str, WearPrediction]:
-        """Predicted wear by the name of the wear law."""
-        steps = self._under(PREDICTIONS)
-        return {law: step.result for law, step in steps.items() if isinstance(step.result, WearPrediction)}
-
-    @property
-    def findings(self) -> list[Finding]:
-        """Findings of the checks at ingest."""
-        return self.archive.findings(self.id)
-
-    @property
-    def tags(self) -> tuple[str, ...]:
-        """Tags that the run has now."""
-        return self.archive.tags(self.id)
-
-    def unit_columns(self) -> Mapping[str, UnitColumn]:
-        """Return the signals, and the corrected wear where the run was corrected, each with its SI unit."""
-        corrected = "drift_correction" in self.archive.step_names(self.id)
-        return (self.corrected if corrected else self.run).unit_columns()
-
-    def to_datatree(self) -> Any:
-        """Return the tables of `tribopipe export csv` as an xarray DataTree, one group per table.
-
-        Takes the package xarray: pip install "tribopipe[xarray]".
-        """
-        return views().datatree(self)
-
-    def __len__(self) -> int:
-        return self.archive.outline(self.id).samples
-
-    def __str__(self) -> str:
-        steps = ", ".join(map(step_in_words, self.archive.step_names(self.id)))
-        return f"run {self.id}: {steps or 'ingested'}"
-
-    def __repr__(self) -> str:
-        return f"<{self}>"
-
-    def _drawable(self, fit: WearFit, step: Step) -> WearFit:
-        return fit.fitted_to(self.corrected, lambda: archived_curves(step))
-
-    def _under(self, laws: StepsByLaw) -> dict[str, Step]:
-        steps = self.archive.steps(self.id)
-        return {law: step for name, step in steps.items() if (law := laws.law_of(name)) is not None}
 
 
 def archived_curves(step: Step | None) -> WearCurves | None:
