@@ -328,8 +328,7 @@ def test_run_and_reason_must_be_named(mark_bad, archive, arguments):
 def test_help_tells_what_a_mark_does(run_cli):
     told = " ".join(run_cli("mark-bad", "--help").stdout.split())
     for words in (
-        "left out of studies",
-        "left out of studies and predictions",
+        "exclude it from studies and predictions",
         "stays in the archive",
         "--undo",
         "--by",
