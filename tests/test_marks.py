@@ -329,7 +329,7 @@ def test_help_tells_what_a_mark_does(run_cli):
     told = " ".join(run_cli("mark-bad", "--help").stdout.split())
     for words in (
         "exclude it from studies and predictions",
-        "stays in the archive",
+        "stay in the archive",
         "--undo",
         "--by",
     ):
