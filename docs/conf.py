@@ -39,7 +39,7 @@ nitpicky = True
 _OTHERS = (
     r"(collections|datetime|h5py|matplotlib|np|numpy|os|pandas|pathlib|pydantic|typing)\..*|Figure|DataFrame|Series.*"
 )
-_VARIABLES = r"tribopipe\.(archive\.store\.R|base\.executor\.task\.(Task|Answer))"
+_VARIABLES = r"tribopipe\.(archive\.run_files\.R|base\.tasks\.(Task|Answer))"
 # What each kind of contact answers, which no user calls.
 _PROTOCOLS = r"tribopipe\.contacts\.wear\.(ContactWear|State)"
 nitpick_ignore_regex = [("py:.*", f"{_OTHERS}|{_VARIABLES}|{_PROTOCOLS}")]
