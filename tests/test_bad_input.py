@@ -157,7 +157,7 @@ SPOILED = {
         ["signals.csv, line 10", "found 5 fields, expected 4", "correct that line"],
     ),
     "one sample": (rows(lambda lines: lines[:2]), ["signals", "1 sample", "at least 2", "export"]),
-    "channel without a number": (whole_column(1, "NaN"), ["depth", "no number", "remove the signal"]),
+    "channel without a number": (whole_column(1, "NaN"), ["depth", "no numeric values", "remove the signal"]),
     "hole in time": (field(12, 0, ""), ["time", "1 missing", "sample 11", "delete those rows"]),
     "time runs backwards": (
         field(12, 0, "0.2"),
@@ -458,7 +458,7 @@ OPTIONS = {
     "friction with a text": ([*SARKAR, "A=x b=0.4 c=32 m"], ["--friction", "'x'", "ratio"]),
     "friction with no running-in": ([*SARKAR, "A=0.2 b=0.4 c=0 m"], ["--friction", "c = 0 m", "positive"]),
     "distance in kg": ([*K_D, "--at", "5 kg"], ["--at", "'kg'", "distance"]),
-    "distance below zero": ([*K_D, "--at", "-5 m"], ["--at", "-5", "zero"]),
+    "distance below zero": ([*K_D, "--at", "-5 m"], ["--at", "-5", "negative"]),
     "distance without unit": ([*K_D, "--at", "500"], ["--at", "'500'", "without a unit", "500 m"]),
     "depth beyond the tip": ([*K_D, "--depth", "2 mm"], ["2000 µm", "tip", "794", "check"]),
     "distance beyond the tip": ([*K_D, "--at", "1e9 km"], ["tip", "check", "distance"]),

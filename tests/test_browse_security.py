@@ -311,7 +311,7 @@ def test_its_own_names_are_answered(client, host):
 def test_another_page_is_refused(client, headers):
     answer = client.send("/api/runs", **headers)
     assert answer.status == 403
-    assert "expected one from the server's own" in told(answer)
+    assert "expected a request from its own pages" in told(answer)
     assert not [name for name in answer.headers if name.startswith("access-control")]
 
 
@@ -511,7 +511,7 @@ def test_nobody_gets_an_answer_without_the_key(client, target):
             refused = client.send(f"{target}{'&' if '?' in target else '?'}{key}", Cookie=cookie)
             assert refused.status == 401
             assert secret not in refused.body.decode()
-            assert "the address that `tribopipe browse` printed" in told(refused)
+            assert "the address printed by `tribopipe browse`" in told(refused)
 
 
 def test_the_key_moves_from_the_address_into_a_cookie(client):

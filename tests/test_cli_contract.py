@@ -210,9 +210,9 @@ def test_run_too_short_for_a_fit_is_archived_and_said_to_be(run_cli, sample_run,
     result = run_cli("process", sample_run, other_run, "--archive", archive)
     assert result.exit_code == 3
     (error,) = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
-    assert "si3n4-air-400mN: found 10 samples of depth" in error
+    assert "si3n4-air-400mN: found 10 valid depth samples" in error
     assert Archive(archive).ids() == ["si3n4-air-200mN", "si3n4-air-400mN"]
-    assert "k_D, Archard" in result.stdout
+    assert "k_D by Archard" in result.stdout
 
 
 # --- one JSON document ---

@@ -165,14 +165,14 @@ CASES = {
     **{
         f"rotations {written}": (
             key("rotations", written),
-            ("conditions.rotations", "expected an integer number of rotations"),
+            ("conditions.rotations", "expected a whole number of rotations"),
         )
         for written in ('"many"', "0", "-5", "2.5", "nan", "inf", "true", '"1e6"', "[1]")
     },
     **{
         f"interruption after rotations {written}": (
             stop(f"rotations = {written}", 'curved_disc_wear_depth = "0.1 um"'),
-            ("interruptions[0].rotations", "expected an integer number of rotations"),
+            ("interruptions[0].rotations", "expected a whole number of rotations"),
         )
         for written in ('"half"', "0", "-5", "2.5", "true")
     },

@@ -185,7 +185,7 @@ def test_missing_samples_stay_missing(bare_run):
 
 
 def test_too_few_samples_are_refused(bare_run):
-    with pytest.raises(FitError, match="5 samples of depth"):
+    with pytest.raises(FitError, match="5 valid depth samples"):
         correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 5), worn_pin()))
 
 

@@ -157,5 +157,5 @@ def test_options_for_recordings_are_refused(run_cli, lab, option):
     table(lab, *ROWS)
     refused = run_cli("new", "tests.csv", "--each-row", *option)
     assert refused.exit_code == 1
-    assert f"--each-row: found {option[0]} with it" in refused.stderr
+    assert f"--each-row: found {option[0]} in addition" in refused.stderr
     assert "found 2 files" in run_cli("new", "tests.csv", "lab.toml", "--each-row").stderr

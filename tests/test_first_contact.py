@@ -111,7 +111,7 @@ class Listed(dict[str, Any]):
 
 def listed(run_id: str, **known) -> Listed:
     """A run that is fitted, unless something else is known of it."""
-    done = {"stage": "fitted", "steps": ["drift"], "k_d": 1e-17, "load": 200.0, "tribometer": "pin-on-disc"}
+    done = {"stage": "fitted", "steps": ["drift_correction"], "k_d": 1e-17, "load": 200.0, "tribometer": "pin-on-disc"}
     done |= {"end_depth": 1e-6}
     return Listed(id=run_id, run_toml=f"sha of {run_id}", **done | known)
 

@@ -160,7 +160,7 @@ def test_study_says_where_the_engines_differ_and_which_to_trust(locally_worn, en
     (note,) = engine_notes(compared)
     for k in (compared.giwm, compared.local):
         assert k.shown("mm^3/(N*mm)") in note
-    assert "use the local one" in note
+    assert "use the local value" in note
 
 
 def test_study_is_silent_where_wear_is_deep():

@@ -253,7 +253,7 @@ def test_archived_fit_draws_what_the_archive_holds(known):
 
 
 def test_two_bodies_have_no_single_k_d(disc_fit):
-    with pytest.raises(FitError, match=r"ask for fit.bodies\['curved_disc'\].wear_coefficient, "):
+    with pytest.raises(FitError, match=r"use fit.bodies\['curved_disc'\].wear_coefficient, "):
         _ = disc_fit.k_d
     assert list(disc_fit.params) == ["k_d_curved_disc", "k_d_flat_disc"]
     with pytest.raises(KeyError, match=r"fit\.measurements"):

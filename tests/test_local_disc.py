@@ -148,7 +148,7 @@ def test_wear_beyond_the_grid_is_said():
 
 def test_wear_of_all_the_crown_is_said():
     with pytest.raises(
-        ContactError, match=r"found a track 12\.4. mm wide .* a crown of radius 4 mm; expected a narrower"
+        ContactError, match=r"found a final track width of 12\.4. mm on a crown of radius 4 mm; expected a narrower"
     ):
         track(1e-4)
 

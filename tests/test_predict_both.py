@@ -260,5 +260,5 @@ def test_people_read_both_bodies(run_cli, tmp_path):
     both = ("--wear-coefficient", "pin=1.35e-8 mm^2/N", "--wear-coefficient", "disc=81e-8 mm^2/N")
     found = run_cli("predict", "--run", folder(tmp_path), *both, "--at", "500 m")
     assert found.exit_code == 0
-    assert "pin 20.39" in found.stdout
-    assert "disc 11.64" in found.stdout
+    assert "pin wear depth 20.39" in found.stdout
+    assert "disc wear depth 11.64" in found.stdout

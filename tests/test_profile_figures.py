@@ -103,7 +103,7 @@ def test_show_a_file_whose_units_nobody_said(run_cli, track):
     (track / "bare.txt").write_text(bare(X, ridged(X, 0.0)), encoding="utf-8")
     told = run_cli("show", "bare.txt", cwd=track)
     assert told.exit_code == 1
-    assert "name --position-unit and --height-unit" in told.stderr
+    assert "specify --position-unit and --height-unit" in told.stderr
     assert run_cli("show", "bare.txt", "--position-unit", "mm", "--height-unit", "um", cwd=track).exit_code == 0
 
 

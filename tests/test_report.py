@@ -178,7 +178,7 @@ def test_study_report_says_k_d_and_verdicts_as_the_archive_holds_them(studied, s
 
 def test_study_report_holds_budgets_figures_and_equations(study_html):
     captions = [caption.text for caption in study_html.all("caption")]
-    assert [caption.split()[2] for caption in captions if "budget" in caption] == [f"{LIGHT},"] * 2
+    assert [caption.split()[2] for caption in captions if "budget" in caption.lower()] == [f"{LIGHT},"] * 2
     assert [f"Table {number}." for number in range(1, len(captions) + 1)] == [
         caption.partition(". ")[0] + "." for caption in captions
     ]

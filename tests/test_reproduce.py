@@ -267,7 +267,7 @@ def test_step_on_another_base_than_the_archive_holds_is_not_compared(done):
         "wear_fit_sarkar",
         "local_wear_sarkar",
     ]
-    assert "made from a different friction_fit" in found.steps[-1].why
+    assert "computed from a different friction_fit" in found.steps[-1].why
 
 
 @pytest.mark.parametrize("options", [{}, {"local_wear": {"engine": "none such"}, "at": []}, {"local_wear": 3, "at": 4}])

@@ -205,7 +205,7 @@ def test_study_file_conforms_to_nexus(ran):
         entry = file[file.attrs["default"]]
         opened = entry[entry.attrs["default"]]
         assert opened[opened.attrs["signal"]].attrs["units"] == "um"
-        assert opened["title"][()].decode() == f"{LIGHT}, pin: fitted by Archard's law"
+        assert opened["title"][()].decode() == f"{LIGHT}, pin: fitted with Archard's law"
 
 
 def test_studies_are_no_runs(ran, filled):

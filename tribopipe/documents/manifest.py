@@ -76,7 +76,7 @@ def _a_count(written: Any) -> Any:
     number = isinstance(written, int | float) and not isinstance(written, bool)
     if not number or not math.isfinite(written) or written < 1 or written != math.floor(written):
         raise ValueError(
-            f"found {written!r}; expected an integer number of rotations, at least 1, such as 1_000_000 or 1e6"
+            f"found {written!r}; expected a whole number of rotations, at least 1, such as 1_000_000 or 1e6"
         )
     if written > _MOST_ROTATIONS:
         raise ValueError(f"found {written!r}; expected at most {_MOST_ROTATIONS:g} rotations; correct the number")
