@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ManifestError, ReaderError
-from tribopipe.readers.draft.ends_table import read_ends
+from tribopipe.readers.draft.measurements_table import read_ends
 
 HEAD = "run;normal load [N];pin_scar_diameter [um];u(pin_scar_diameter) [um];disc_wear_volume [mm^3];Bemerkung im Heft"
 

@@ -25,9 +25,9 @@ from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import read_quantity
 from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.blanks import Ask, Say
-from tribopipe.readers.draft.ends_table import EndsRow, EndsTable, read_ends
 from tribopipe.readers.draft.folder import NewRun, RunPlan, Wanted, fit_for_id, make_planned, planned, refuse_places
 from tribopipe.readers.draft.known_values import Given, Known, nested
+from tribopipe.readers.draft.measurements_table import EndsRow, EndsTable, read_ends
 from tribopipe.readers.draft.value_sources import gather
 from tribopipe.readers.export_files import Export, open_export
 from tribopipe.readers.reader import candidates, is_sure

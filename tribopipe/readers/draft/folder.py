@@ -17,8 +17,8 @@ from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, EndValu
 from tribopipe.documents.record import read_document
 from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.blanks import Ask, Say, ask_for_missing
-from tribopipe.readers.draft.ends_table import is_of_tests
 from tribopipe.readers.draft.known_values import Given, Known
+from tribopipe.readers.draft.measurements_table import is_of_tests
 from tribopipe.readers.draft.run_files import (
     Group,
     Measured,
