@@ -310,8 +310,9 @@ def _of_wear_coefficients(known: "Sequence[ListedRun]", found: Whereabouts) -> I
     if not found.studies and max(alike.values(), default=0) > 1:
         why = "Test the wear law: fit the run at the lightest load and predict the other runs with the same bodies"
         yield NextStep(why, ("tribopipe study new",))
-    twice = f"{2 * (known[0].number('load') or 0):g} mN"
-    yield NextStep("Predict wear at another load", (f'tribopipe predict {known[0].id} --load "{twice}"',))
+    twice = 2 * (known[0].number("load") or 0)
+    load = f"{twice:g} mN" if twice < 1000 else f"{twice / 1000:g} N"
+    yield NextStep("Predict wear at another load", (f'tribopipe predict {known[0].id} --load "{load}"',))
 
 
 def _bodies(run: "ListedRun") -> tuple[str, ...]:
