@@ -237,7 +237,7 @@ class Taken(SlidingPin):
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
-        ("gone = no_such_module:Contact", "contact 'gone' left out: no_such_module:Contact cannot be loaded"),
+        ("gone = no_such_module:Contact", "contact 'gone' skipped: no_such_module:Contact cannot be loaded"),
         ("no-class = broken_contact:Specimen", "expected a subclass of SlidingPin"),
         ("other-kind = broken_contact:OtherKind", "expected Literal\\['other-kind'\\]"),
         ("no-body = broken_contact:NoBody", "expected two specimens, one of them the pin"),
@@ -283,8 +283,8 @@ def test_drum_that_is_too_small_is_warned_of():
     assert len(read(document).contact.limits) == 1
     document["contact"] = {**document["contact"], "drum": {**document["contact"]["drum"], "radius": "1 mm"}}
     taken, warned = read(document).contact.limits
-    assert "treated as one of 0.5928" in taken
-    assert warned.startswith("warning: the pin's radius is 0.79 of the drum's")
+    assert "treated as a pin of radius 0.5928" in taken
+    assert warned.startswith("warning: found a ratio of pin radius to drum radius of 0.79; expected at most 0.5")
 
 
 @pytest.mark.usefixtures("installed")

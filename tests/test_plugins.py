@@ -113,8 +113,8 @@ def test_a_law_that_is_not_installed_is_refused_where_people_write_it_but_read_b
 @pytest.mark.usefixtures("installed")
 def test_the_check_finds_something(tmp_path):
     run = read_run(record(tmp_path / "run", laws.law_named("running_in")))
-    (found,) = (one for one in checks.check_run(run) if one.code == "room_stays_as_warm")
-    assert str(found).startswith("temperature: found that it moves by 6.0 K; expected at most 5 K; look for drift")
+    (found,) = (one for one in checks.check_run(run) if one.code == "room_temperature")
+    assert str(found).startswith("temperature: found a change of 6.0 K; expected at most 5 K; check for thermal drift")
 
 
 @pytest.mark.usefixtures("installed")
@@ -176,7 +176,7 @@ def test_package_that_cannot_be_loaded_is_told_in_sentences(tmp_path):
             check=False,
         )
     told = ends["broken"].stderr
-    assert "warning: wear law 'broken' left out: broken_law:Law cannot be loaded (RuntimeError('no licence'))\n" in told
+    assert "warning: wear law 'broken' skipped: broken_law:Law cannot be loaded (RuntimeError('no licence'))\n" in told
     assert "error: found the wear law 'broken', which cannot be loaded" in told
     assert ends["1 m"].returncode == 0
     assert "UserWarning" not in "".join(end.stderr for end in ends.values())
@@ -220,7 +220,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     assert "rig-log" in tribopipe("formats", "list").stdout
     done = tribopipe("process", "run", "--recipe", "recipe.toml", "--json")
     assert done.returncode == 0, done.stderr
-    assert "warning: temperature: found that it moves by 6.0 K" in done.stderr
+    assert "warning: temperature: found a change of 6.0 K" in done.stderr
     fit = json.loads(done.stdout)["runs"][0]["wear_fits"]["running_in"]
     found = {one["name"]: one["value"] for one in fit["parameters"]} | {"k_d": fit["bodies"]["pin"]["wear_coefficient"]}
     for name, true in {"excess": EXCESS, "length": LENGTH, "k_d": K_D}.items():

@@ -1,13 +1,13 @@
-"""A contact: a pin pressed on the side of a rotating drum, on which it slides in one track around the axis.
+"""A contact: a pin pressed against the side of a rotating drum, on which it slides along one circular track.
 
 Near the contact, the sphere of the pin, radius R, and the drum, radius R_d, leave a gap of x²/2R across the sliding
-and of y²/2·(1/R + 1/R_d) along it. Where depths are small beside both radii, a pin of the radius
+direction and of y²/2·(1/R + 1/R_d) along it. If depths are small compared with both radii, a pin with the radius
 
     R_e = R / √(1 + R/R_d)
 
-on a flat disc has the same volume and the same contact area at each depth worn off. Its first contact is a circle,
+on a flat disc has the same wear volume and the same contact area at each wear depth. Its unworn contact is a circle,
 that of the pin on the drum an ellipse (H. Hertz, J. reine angew. Math. 92 (1882) 156). Up to R/R_d = 0.5, the mean
-pressure in them differs by less than 0.5 %, and volumes at a depth of R/100 by less than 0.2 %.
+pressures differ by less than 0.5 %, and the wear volumes at a depth of R/100 by less than 0.2 %.
 """
 
 import math
@@ -20,18 +20,18 @@ from tribopipe.documents.contact import Pin, SlidingPin, Specimen
 from tribopipe.documents.quantity import Length, Quantity
 
 LARGEST_RATIO = 0.5
-"""R/R_d up to which the differences that the first lines tell are small."""
+"""R/R_d up to which these differences are small."""
 
 
 class Drum(Specimen):
-    """The drum, on the side of which the pin slides."""
+    """The drum, on whose side the pin slides."""
 
     radius: Length
     """Radius of the side of the drum."""
 
 
 class PinOnDrum(SlidingPin):
-    """A pin pressed on the side of a rotating drum."""
+    """A pin pressed against the side of a rotating drum."""
 
     kind: Literal["pin-on-drum"]
     """Type of tribometer."""
@@ -61,13 +61,13 @@ class PinOnDrum(SlidingPin):
 
     @property
     def equivalent_pin(self) -> Pin:
-        """The pin of the radius R_e, uncertain by both radii as far as they are stated to be."""
+        """The pin with the radius R_e, with the uncertainty of both radii if stated."""
         radius, share = self.pin.radius, self.ratio / (1 + self.ratio) / 2
         value = radius.value / math.sqrt(1 + self.ratio)
         parts = (((1 - share), radius), (share, self.drum.radius))
         relative = [weight * (one.standard_uncertainty or 0.0) / one.value for weight, one in parts]
-        unsure = None if radius.standard_uncertainty is None else value * math.hypot(*relative)
-        equivalent = Quantity(value=value, unit="m", standard_uncertainty=unsure)
+        u = None if radius.standard_uncertainty is None else value * math.hypot(*relative)
+        equivalent = Quantity(value=value, unit="m", standard_uncertainty=u)
         return self.pin.model_copy(update={"radius": equivalent})
 
     @property
@@ -77,17 +77,17 @@ class PinOnDrum(SlidingPin):
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """Which contact is assumed, and a warning where the drum is too small for it."""
-        taken = (
-            f"the pin on the drum is treated as one of {self.equivalent_pin.radius.shown('mm')} on a flat disc, with a "
-            "round contact and one track around the drum"
+        """The assumed contact, and a warning if the drum is too small."""
+        assumption = (
+            f"the pin on the drum is treated as a pin of radius {self.equivalent_pin.radius.shown('mm')} on a flat "
+            "disc, with a circular contact and one track"
         )
         if self.ratio <= LARGEST_RATIO:
-            return (taken,)
+            return (assumption,)
         return (
-            taken,
-            f"warning: the pin's radius is {self.ratio:.2g} of the drum's, and the contact an ellipse; expected at "
-            f"most {LARGEST_RATIO:g}, beyond which k_D and wear are off by more than their uncertainty says",
+            assumption,
+            f"warning: found a ratio of pin radius to drum radius of {self.ratio:.2g}; expected at most "
+            f"{LARGEST_RATIO:g}, beyond which the errors of k_D and wear exceed their uncertainty",
         )
 
     @classmethod

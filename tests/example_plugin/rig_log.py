@@ -1,4 +1,4 @@
-"""A reader of what our rig writes: a line that says so, settings, and a table whose names carry their units.
+"""A reader for the files of our rig: signature line, settings, and a table with units in the column names.
 
 RIG LOG 2
 load=200 mN
@@ -27,32 +27,34 @@ class RigLogReader:
     holds = "signals"
 
     def match(self, source: SourceFile) -> Match:
-        """Judge by the first line."""
+        """Recognize the format by its first line."""
         if source.content.startswith(MARK.encode()):
             return Match(0.95, f"the first line is {MARK!r}")
         return Match(0.0, f"the first line is not {MARK!r}")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
-        """Read settings, names and rows."""
+        """Read settings, column names and rows."""
         text = decode(source, hints.encoding)
         lines = sample_lines(text)
-        top = next((number for number, line in enumerate(lines) if line.startswith("t/s;")), None)
-        if top is None:
-            raise ReaderError(f"{source.name}: found no row of names; expected one that begins t/s; copy the log again")
-        names = tuple(lines[top].strip().split(";"))
-        # The last semicolon of a row, behind which nothing stands, proves that its last number is whole.
-        layout = Layout(";", ".", names, top + 2, "".join(lines[: top + 1]), len(names), len(names))
+        header = next((number for number, line in enumerate(lines) if line.startswith("t/s;")), None)
+        if header is None:
+            raise ReaderError(
+                f"{source.name}: found no header row; expected a row that begins with t/s; copy the log again"
+            )
+        names = tuple(lines[header].strip().split(";"))
+        # Nothing follows the last semicolon of a row, so its last number is complete.
+        layout = Layout(";", ".", names, header + 2, "".join(lines[: header + 1]), len(names), len(names))
         table = read_table(text, layout)
-        return replace(table, columns=tuple(map(told, table.columns)), facts=facts(lines[1:top]))
+        return replace(table, columns=tuple(map(with_meaning, table.columns)), facts=facts(lines[1:header]))
 
 
-def told(column: ReadColumn) -> ReadColumn:
-    """Add what the name of a column says: d/um is the depth in µm."""
+def with_meaning(column: ReadColumn) -> ReadColumn:
+    """Add signal and unit from the column name: d/um is the depth in µm."""
     name, _, unit = column.name.partition("/")
     return replace(column, signal=SIGNALS.get(name), unit=unit or None)
 
 
 def facts(settings: list[str]) -> dict[str, str]:
-    """Return what the settings say of the run, by the keys of run.toml."""
-    said = dict(line.strip().split("=", 1) for line in settings if "=" in line)
-    return {"conditions.normal_load": said["load"]} if "load" in said else {}
+    """Return values from the settings, by keys of run.toml."""
+    values = dict(line.strip().split("=", 1) for line in settings if "=" in line)
+    return {"conditions.normal_load": values["load"]} if "load" in values else {}

@@ -1,4 +1,4 @@
-"""A check: whether the room stayed as warm as it was, since steel and the depth sensor grow with it."""
+"""A check of the room temperature, since steel and the depth sensor expand with it."""
 
 from collections.abc import Iterator
 
@@ -7,18 +7,20 @@ import numpy as np
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.results.run import RawRun
 
-MOST = 5.0
-"""K."""
+MAX_CHANGE = 5.0
+"""Largest change of temperature without a warning, K."""
 
 
 @check("warning")
-def room_stays_as_warm(run: RawRun) -> Iterator[Trouble]:
-    """Warn of a temperature that moves by more than 5 K."""
+def room_temperature(run: RawRun) -> Iterator[Trouble]:
+    """Warn if the temperature changes by more than 5 K."""
     temperature = run.columns.get("temperature")
-    if temperature is not None and np.nanmax(temperature) - np.nanmin(temperature) > MOST:
-        moved = float(np.nanmax(temperature) - np.nanmin(temperature))
+    if temperature is None:
+        return
+    change = float(np.nanmax(temperature) - np.nanmin(temperature))
+    if change > MAX_CHANGE:
         yield Trouble(
             "temperature",
-            f"found that it moves by {moved:.1f} K; expected at most {MOST:g} K",
-            "look for drift that follows it, and keep the room steady",
+            f"found a change of {change:.1f} K; expected at most {MAX_CHANGE:g} K",
+            "check for thermal drift, and keep the room temperature constant",
         )
