@@ -175,7 +175,7 @@ def main() -> None:
             time_table(report, browser, table_archive(folder / "many", options.runs), options.runs),
             time_long_run(report, browser, long_archive(folder / "long", options.samples), options.samples),
         ]
-    report.say("All marks are held." if all(held) else "A mark is MISSED.")
+    report.say("All limits are met." if all(held) else "A limit is NOT MET.")
     report.finish()
 
 

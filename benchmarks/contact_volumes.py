@@ -224,8 +224,10 @@ def main(words: Sequence[str] | None = None) -> None:
         spread = float(np.median([found.relative for found in of]))
         counted = share(sum(found.held for found in of), len(of))
         rows.append([kind, body, *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %"])
-    report.say("95 % intervals of k_D by first-order propagation; bias is the mean of k_D over the truth, less one.")
-    report.table(["contact", "body", "held", "share", "95 % of that", "bias", "median u"], rows)
+    report.say(
+        "95 % intervals of k_D by first-order propagation; bias is the mean of k_D divided by the true value, minus 1."
+    )
+    report.table(["contact", "body", "covered", "share", "95 %", "bias", "median u"], rows)
     report.finish()
 
 

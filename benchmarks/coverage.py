@@ -1,4 +1,4 @@
-"""How often intervals of k_D and bands of predictions hold what they should, over simulated laboratories.
+"""Coverage of the intervals of k_D and of the bands of predictions, over simulated laboratories.
 
     python benchmarks/coverage.py --labs 1000 --jobs 2
 
@@ -176,9 +176,9 @@ def main() -> None:
     options = parser.parse_args()
     report = Report("Coverage of k_D and of predictions", options)
     report.say(
-        "How often 95 % intervals held what they should, over simulated laboratories: load 1 %, tip radius 0.2 %, "
-        "moduli 2 % (once a laboratory), speed and sensor scale 0.5 %, end value ±250 nm, disc wear ±20 nm (Si3N4), "
-        "drift up to 15 nm/min, correlated noise. A laboratory without a k_D counts as holding nothing. The last "
+        "How often 95 % intervals contain the true value, over simulated laboratories: load 1 %, tip radius 0.2 %, "
+        "moduli 2 % (once per laboratory), speed and sensor scale 0.5 %, end value ±250 nm, disc wear ±20 nm (Si3N4), "
+        "drift up to 15 nm/min, correlated noise. A laboratory without a k_D counts as not covered. The last "
         "column is the exact binomial 95 % interval."
     )
     cases = [(material, correction) for material in options.materials for correction in options.corrections]
@@ -197,13 +197,23 @@ def main() -> None:
         table += rows(material, correction, mine)
         spreads.append(spread(material, correction, mine))
         reasons |= {f"* {material}, {correction}: {one}" for one in mine if isinstance(one, str)}
-    report.table(["material", "correction", "held", "count", "share", "95 %"], table)
+    report.table(["material", "correction", "quantity", "count", "share", "95 %"], table)
     report.say(
-        "k_D over the true one: mean and median deviation and standard deviation over laboratories, the median of the "
-        "stated standard uncertainties, how often the true k_D was below or above the interval, and how often there "
-        "was no answer."
+        "k_D relative to the true value: mean and median deviation and standard deviation over laboratories, the "
+        "median of the stated standard uncertainties, how often the true k_D was below or above the interval, and "
+        "how often there was no answer."
     )
-    head = ["material", "correction", "mean", "median", "scatter", "stated", "truth below", "truth above", "no answer"]
+    head = [
+        "material",
+        "correction",
+        "mean",
+        "median",
+        "scatter",
+        "stated",
+        "true value below",
+        "true value above",
+        "no answer",
+    ]
     report.table(head, spreads)
     if reasons:
         report.say("\n".join(["Why there was no answer:", "", *sorted(reasons)]))

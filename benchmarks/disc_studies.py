@@ -1,4 +1,4 @@
-"""How often studies of twin-disc runs hold the truth, and find a law that does not hold, over simulated laboratories.
+"""How often studies of twin-disc runs cover the true values and reject a law, over simulated laboratories.
 
     python benchmarks/disc_studies.py --labs 200 --jobs 2
 
@@ -26,7 +26,7 @@ from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import simulate_twin_disc_run
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.study import BodyVerdict, LawResult, Verdict
+from tribopipe.results.study import AGREEMENT, BodyVerdict, LawResult, Verdict
 
 (SERIES,) = PLAN.twin_disc_series
 SAMPLES = {run.id: run for run in SERIES.runs}
@@ -40,7 +40,7 @@ FALSE = OUTCOMES[2:]
 
 @dataclass(frozen=True)
 class Task:
-    """One laboratory, and how it counts the distance slid."""
+    """One laboratory, and how it counts the sliding distance."""
 
     seed: int
     block: int
@@ -116,7 +116,9 @@ def main() -> None:
     """Count, and print."""
     parser = arguments(__doc__ or "", labs=200)
     with_blocks(parser)
-    parser.add_argument("--convention", default="full-slip", help="how the fit counts the distance slid (%(default)s)")
+    parser.add_argument(
+        "--convention", default="full-slip", help="how the fit counts the sliding distance (%(default)s)"
+    )
     options = parser.parse_args()
     report = Report("Studies of two discs", options)
     start = time.perf_counter()
@@ -129,14 +131,14 @@ def main() -> None:
         f"{options.block} draws; truth counts full-slip, the fit {options.convention}. Ranges are exact binomial 95 % "
         "intervals."
     )
-    report.say("Truth and measurements in their 95 % intervals.")
-    report.table(["of", "held", "share", "95 %"], held(labs))
+    report.say("True values and measurements within their 95 % intervals.")
+    report.table(["of", "covered", "share", "95 %"], held(labs))
     sound = [name for name in (*FITTED, *CHANGES) if CHANGES.get(name) is None]
     raised = sum(any(run.outcome in FALSE for run in lab.runs if run.id in sound) for lab in labs)
-    report.say("Laboratories that call off a law that holds, in any of its six sound runs.")
+    report.say("Laboratories in which the law is rejected although it holds, in any of the six fault-free runs.")
     report.table(["of", "count", "share", "95 %"], [["laboratories with a false alarm", *share(raised, len(labs))]])
-    report.say("Every verdict.")
-    report.table(["run", *OUTCOMES], called(labs))
+    report.say("Agreement of every run.")
+    report.table(["run", *(AGREEMENT[one] for one in OUTCOMES)], called(labs))
     report.finish()
 
 

@@ -160,7 +160,9 @@ def main() -> None:
         table += rows(*kind, good)
         agreed += agreement(*kind, good)
         without.append(f"{kind[0]}, {kind[1]}: {len(mine) - len(good)} of {len(mine)}")
-    report.say("Error against the truth: root mean square, bias with its standard error, and RMS over the stated one.")
+    report.say(
+        "Error: root mean square, bias with its standard error, and RMS divided by the stated standard uncertainty."
+    )
     head = ["run", "end value"]
     report.table([*head, "quantity", "by", "RMS error", "bias", "stated (median)", "RMS error/stated"], table)
     report.say("Model minus two-step, root mean square, over the standard uncertainty of each.")

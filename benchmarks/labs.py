@@ -213,7 +213,7 @@ class Report:
         lines = [f"* Command: `{shlex.join(['python', f'benchmarks/{Path(sys.argv[0]).name}', *words])}`"]
         if "labs" in given:
             first, labs = given["first_seed"], given["labs"]
-            lines.append(f"* Laboratories: {labs} asked for, seeds {first} to {first + labs - 1}")
+            lines.append(f"* Laboratories: {labs} simulated, seeds {first} to {first + labs - 1}")
         return [
             *lines,
             f"* Date: {datetime.now(UTC):%Y-%m-%d}",

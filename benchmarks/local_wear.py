@@ -181,7 +181,7 @@ def costs(report: Report, repeats: int) -> None:
             times[name].append(time.perf_counter() - start)
     medians = [statistics.median(taken) for taken in times.values()]
     report.table(
-        ["", "clock, ms", "least to greatest"],
+        ["", "clock, ms", "minimum to maximum"],
         [
             [name, f"{1e3 * median:.1f}", f"{1e3 * min(taken):.1f} to {1e3 * max(taken):.1f}"]
             for (name, taken), median in zip(times.items(), medians, strict=True)

@@ -148,7 +148,7 @@ def _supported(runs: Sequence[Outcome]) -> str:
     return _share(judged.count("supported"), len(judged))
 
 
-_HEAD = ("regime", "runs", "held, % (95 %)", "> 3u", "> 3u, no flag", "bias", "mean u", "scatter")
+_HEAD = ("regime", "runs", "covered, % (95 %)", "> 3u", "> 3u, no flag", "bias", "mean u", "scatter")
 
 
 def _common(name: str, runs: Sequence[Outcome]) -> list[str]:
@@ -166,14 +166,15 @@ def _common(name: str, runs: Sequence[Outcome]) -> list[str]:
 
 
 def _coefficients(report: Report, answers: Answers) -> None:
-    for group, title in (("sound", "Sound runs"), ("fault", "Faulty runs")):
+    for group, title in (("sound", "Fault-free runs"), ("fault", "Faulty runs")):
         found = _group(answers, group)
         if not found:
             continue
         report.say(
-            f"{title}: how often the 95 % interval of the headline k_D holds the truth. u is the stated standard "
-            "uncertainty, scatter the standard deviation of k_D over the truth, the width that of the median interval "
-            "over an ideal estimator's, CPU that of one law's fit."
+            f"{title}: how often the 95 % interval of the headline k_D contains the true value. u is the stated "
+            "standard uncertainty, scatter the standard deviation of k_D divided by the true value, width/ideal the "
+            "width of the median interval divided by that of an ideal estimator, CPU the processor time of the fit of "
+            "one law."
         )
         rows = []
         for name, runs in found.items():
@@ -182,14 +183,17 @@ def _coefficients(report: Report, answers: Answers) -> None:
             width = "" if ratio is None else f"{ratio:.2f}"
             cpu = f"{1000 * np.median([one.cpu for one in runs]):.0f} ms"
             rows.append([*_common(name, runs), width, flagged, _supported(runs), cpu])
-        report.table([*_HEAD, "width/ideal", "flagged", "supported", "CPU"], rows)
+        report.table([*_HEAD, "width/ideal", "flagged", "consistent", "CPU"], rows)
 
 
 def _beside(report: Report, answers: Answers) -> None:
     found = _group(answers, "sound")
     if not found:
         return
-    report.say("Sound runs: how often 95 % intervals hold A, b, c and the drift rate (exact binomial 99 % interval).")
+    report.say(
+        "Fault-free runs: how often the 95 % intervals contain the true A, b, c and drift rate (exact binomial 99 % "
+        "interval)."
+    )
     rows = [[name, *(_within(*count, 0.99) for count in _counts(runs).values())] for name, runs in found.items()]
     report.table(["regime", "A", "b", "c", "drift rate"], rows)
 
@@ -210,7 +214,7 @@ def _settling(report: Report, answers: Answers) -> None:
     if not pooled:
         return
     report.say("Thermal settling, pooled over runout, sampling and motion; then each cell.")
-    head = [*_HEAD, "against the post-test rate by > 3u, no flag"]
+    head = [*_HEAD, "> 3u from the post-test rate, no flag"]
     for part in (pooled, cells):
         rows = [[*_common(name, runs), str(sum(one.contradicts for one in runs))] for name, runs in part.items()]
         report.table(head, rows)
@@ -219,7 +223,7 @@ def _settling(report: Report, answers: Answers) -> None:
 def _corners(report: Report, answers: Answers) -> None:
     found = _group(answers, "corner")
     if found:
-        report.say("Runout × slow wobble: stated u over the scatter.")
+        report.say("Runout × slow wobble: stated u divided by the scatter.")
         rows = [[*_common(name, runs), f"{_stated(runs) / _scatter(runs):.2f}"] for name, runs in found.items()]
         report.table([*_HEAD, "u/scatter"], rows)
 
@@ -227,7 +231,7 @@ def _corners(report: Report, answers: Answers) -> None:
 def _bench(report: Report, answers: Answers) -> None:
     found = {name: _good(runs) for name, runs in answers.items() if name not in REGIMES and _good(runs)}
     if found:
-        report.say("Recordings of ordinary laboratories; of replicates each, and the study of them.")
+        report.say("Recordings of ordinary laboratories; for replicates, each run and their study.")
         report.table(_HEAD, [_common(name, runs) for name, runs in found.items()])
 
 
@@ -239,7 +243,7 @@ def _flags(report: Report, answers: Answers) -> None:
         if codes
     ]
     if lines:
-        report.say("\n".join(["Flags by their codes:", "", *lines]))
+        report.say("\n".join(["Flags by code:", "", *lines]))
 
 
 _MUST_HOLD = 0.93
@@ -250,8 +254,8 @@ _WARM_UP = "WC-Co, warm-up 0.5 µm"
 
 
 def _marks(report: Report, answers: Answers) -> None:
-    lines = [f"* {'held' if held else '**missed**'}: {what}" for what, held in _all_marks(answers)]
-    report.say("\n".join(["Marks, at the shares found:", "", *lines]))
+    lines = [f"* {'met' if held else '**not met**'}: {what}" for what, held in _all_marks(answers)]
+    report.say("\n".join(["Criteria, with the fractions found:", "", *lines]))
 
 
 def _all_marks(answers: Answers) -> Iterator[tuple[str, bool]]:
@@ -270,7 +274,10 @@ def _all_marks(answers: Answers) -> Iterator[tuple[str, bool]]:
 def _marks_of_intervals(found: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[str, bool]]:
     for name, runs in found.items():
         held = float(np.mean([one.held for one in runs]))
-        yield f"{name}: k_D's interval holds the truth in at least 93 % ({100 * held:.1f} %)", held >= _MUST_HOLD
+        yield (
+            f"{name}: the interval of k_D contains the true value in at least 93 % ({100 * held:.1f} %)",
+            held >= _MUST_HOLD,
+        )
 
 
 def _marks_of_parts(sound: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[str, bool]]:
@@ -280,13 +287,13 @@ def _marks_of_parts(sound: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[st
             pooled.setdefault(quantity, []).append((hits, total))
             high = binomtest(hits, total).proportion_ci(0.99).high if total else 1.0
             if high < 0.95:
-                yield f"{name}: {quantity} held in {_within(hits, total, 0.99)}, below 95 %", False
+                yield f"{name}: {quantity} covered in {_within(hits, total, 0.99)}, below 95 %", False
     if set(sound) != {name for name, one in REGIMES.items() if one.group == "sound"}:
         return
     for quantity, counts in pooled.items():
         hits, total = (sum(part) for part in zip(*counts, strict=True))
         share = hits / total if total else 0.0
-        yield f"{quantity} pooled over sound regimes: 94 to 98 % ({100 * share:.1f} %)", 0.94 <= share <= 0.98
+        yield f"{quantity} pooled over fault-free regimes: 94 to 98 % ({100 * share:.1f} %)", 0.94 <= share <= 0.98
 
 
 def _marks_of_flags(
@@ -295,14 +302,14 @@ def _marks_of_flags(
     for name, runs in fault.items():
         silent = sum(one.silent for one in runs) / len(runs)
         if name != _NO_SIGN:
-            yield f"{name}: beyond 3u without a flag below 1 % ({100 * silent:.1f} %)", silent < 0.01
+            yield f"{name}: more than 3u off without a flag in less than 1 % ({100 * silent:.1f} %)", silent < 0.01
     for name, runs in sound.items():
         flagged = sum(bool(one.flags) for one in runs) / len(runs)
         yield f"{name}: flagged in less than 5 % ({100 * flagged:.1f} %)", flagged < 0.05
     off = [bool(one.flags) for one in fault.get(_WARM_UP, ()) if one.beyond(2)]
     if off:
         yield (
-            f"{_WARM_UP}: of {len(off)} beyond 2u flagged in over 95 % ({_share(sum(off), len(off))})",
+            f"{_WARM_UP}: of {len(off)} more than 2u off, flagged in more than 95 % ({_share(sum(off), len(off))})",
             (sum(off) > 0.95 * len(off)),
         )
 
@@ -314,16 +321,19 @@ def _marks_of_verdicts(
         verdicts = [one.verdict == "supported" for one in runs if one.verdict is not None]
         share = float(np.mean(verdicts)) if verdicts else 0.0
         if verdicts and name in _UNSUPPORTED:
-            yield f"{name}: supported in less than 5 % ({100 * share:.1f} %)", share < 0.05
+            yield f"{name}: consistent in less than 5 % ({100 * share:.1f} %)", share < 0.05
         elif verdicts and name in sound:
-            yield f"{name}: supported in at least 90 % ({100 * share:.1f} %)", share >= 0.9
+            yield f"{name}: consistent in at least 90 % ({100 * share:.1f} %)", share >= 0.9
 
 
 def _marks_of_widths(sound: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[str, bool]]:
     ratios = {name: ratio for name, runs in sound.items() if (ratio := _over_ideal(name, runs)) is not None}
     if ratios:
         middle, widest = float(np.median(list(ratios.values()))), max(ratios, key=lambda name: ratios[name])
-        yield f"width over an ideal estimator's: at most 1.5 in the median of regimes ({middle:.2f})", middle <= 1.5
+        yield (
+            f"width divided by that of an ideal estimator: at most 1.5 in the median of regimes ({middle:.2f})",
+            middle <= 1.5,
+        )
         yield f"… and 2.2 in any ({widest}: {ratios[widest]:.2f})", ratios[widest] <= 2.2
 
 
@@ -334,7 +344,7 @@ def _marks_of_grids(answers: Answers) -> Iterator[tuple[str, bool]]:
     yield from _marks_of_intervals(pooled)
     unsaid = sum(one.contradicts for runs in pooled.values() for one in runs)
     if pooled:
-        yield f"settling: no k_D against its own post-test rate by > 3u without a flag ({unsaid})", not unsaid
+        yield f"settling: no k_D more than 3u from its own post-test rate without a flag ({unsaid})", not unsaid
     for name, runs in _group(answers, "corner").items():
         factor = _stated(runs) / _scatter(runs)
         yield f"{name}: u within a factor 1.5 of the scatter ({factor:.2f})", 1 / 1.5 <= factor <= 1.5
@@ -342,7 +352,7 @@ def _marks_of_grids(answers: Answers) -> Iterator[tuple[str, bool]]:
         runs = _good(answered)
         if name not in REGIMES and runs:
             held, bias = float(np.mean([one.held for one in runs])), _bias(runs)
-            yield f"{name}: interval holds in at least 90 % ({100 * held:.1f} %)", held >= 0.9
+            yield f"{name}: the interval contains the true value in at least 90 % ({100 * held:.1f} %)", held >= 0.9
             yield f"{name}: bias below 1 % ({100 * bias:+.2f} %)", abs(bias) < 0.01
 
 

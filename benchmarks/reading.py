@@ -107,7 +107,7 @@ def main() -> None:
     parsed = options.rows * len(DECIMALS) * 8
     report.say(
         f"{options.rows} rows by {len(DECIMALS)} columns, {size / 1e6:.1f} MB as text, {parsed / 1e6:.1f} MB parsed. "
-        f"Medians of {options.repeats} repeats in turn; in brackets the least and the greatest time."
+        f"Medians of {options.repeats} alternating repeats; minimum and maximum in brackets."
     )
     medians = {name: statistics.median(taken) for name, taken in times.items()}
     rows = [

@@ -117,7 +117,7 @@ def main() -> None:
     report.say(
         f"{one.draws} accepted draws of k_D by Archard's law, {one.rejected} rejected; the fit computes the model "
         f"{evaluations} times on {sum(len(run.corrected.run) for run in runs.values())} samples. Medians of "
-        f"{options.repeats} repeats in turn; in brackets the least and the greatest time."
+        f"{options.repeats} alternating repeats; minimum and maximum in brackets."
     )
     medians = {name: statistics.median(taken for taken, _ in times[name]) for name in cases}
     least = medians["least squares by Euler steps"]

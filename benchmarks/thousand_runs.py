@@ -101,7 +101,7 @@ def main() -> int:
     report.say(
         f"{archived} of {options.runs} runs of 126 samples archived by {options.jobs} workers in {seconds:.0f} s, exit "
         f"code {code}; `verify`: {sound}. Memory is that of the command and its workers; a ratio of at most {_MOST} is "
-        "asked."
+        "required."
     )
     report.finish()
     holds = code == 0 and archived == options.runs and verify.returncode == 0

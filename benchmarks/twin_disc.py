@@ -69,12 +69,13 @@ def found(distance: DistanceConvention, asked: Column) -> Found:
 def say_what_counting_does(report: Report) -> None:
     """Compare the three ways of counting on the same volumes."""
     asked = volumes(discs(PUBLISHED), ROTATIONS, np.array([CURVED, FLAT]))
-    report.say("## What each way of counting does to k_D")
+    report.say("## Effect of each distance convention on k_D")
     report.say(
-        f"By *{PUBLISHED}*, the paper's k_D give volumes of {asked[0] * 1e9:.4g} mm³ on the crowned disc and "
-        f"{asked[1] * 1e9:.4g} mm³ on the flat one after 10⁶ rotations at {100 * SLIP:.0f} % slip. With the k_D below, "
-        "mm³/(N mm), the other two give the same. n is that of V ∝ Nⁿ over the last decade of rotations; the last "
-        f"column is the volume at {100 * HIGHER_SLIP:.0f} % slip over that at {100 * SLIP:.0f} %, with the same k_D."
+        f"With *{PUBLISHED}*, the k_D of the paper give volumes of {asked[0] * 1e9:.4g} mm³ on the crowned disc and "
+        f"{asked[1] * 1e9:.4g} mm³ on the cylindrical disc after 10⁶ rotations at {100 * SLIP:.0f} % slip. With the "
+        "k_D below, in mm³/(N mm), the other conventions give the same volumes. n is the exponent of V ∝ Nⁿ over the "
+        f"last decade of rotations; the last column is the volume at {100 * HIGHER_SLIP:.0f} % slip divided by that "
+        f"at {100 * SLIP:.0f} %, with the same k_D."
     )
     rows, by_name = [], {name: found(name, asked) for name in get_args(DistanceConvention)}
     for name, one in by_name.items():
@@ -83,15 +84,16 @@ def say_what_counting_does(report: Report) -> None:
             [f"{1e6 * k:.4g}", f"{ratio:.4g}", f"{n:.4f}", f"{more:.3f}"]
             for k, ratio, n, more in zip(one.coefficients, times, one.exponents, one.at_higher_slip, strict=True)
         ]
-        rows += [[name, disc, *cell] for disc, cell in zip(("crowned", "flat"), cells, strict=True)]
-    report.table(["counting", "disc", "k_D", f"over that by {PUBLISHED}", "n", "volume at higher slip"], rows)
+        rows += [[name, disc, *cell] for disc, cell in zip(("crowned", "cylindrical"), cells, strict=True)]
+    report.table(["convention", "disc", "k_D", f"divided by that with {PUBLISHED}", "n", "volume at higher slip"], rows)
     report.say(
-        "By *volume-conserving* k_D compares with a pin's, which is 13.5e-09 in Section 2.1.1. *contact-width* removes "
-        "(π²/2)·r·k·F_N in each turn of a disc, whatever the slip, as *volume-conserving* does at a slip of π/4: its "
-        f"k_D is 4/π times the slip, {4 / np.pi * SLIP:.4f}, of the crowned disc's by *volume-conserving*, and "
-        f"{4 / np.pi * SLIP / (1 + SLIP):.4f} of the flat one's, which turns the more often; and it foresees no more "
-        "wear at a higher slip but for those turns. *full-slip* tends to N^(6/5) where the elastic part is small, "
-        "since the wider the flat, the more volume a unit of depth is, and the pressure falls more slowly than that."
+        "*volume-conserving* k_D can be compared with that of a pin, which is 13.5e-09 in Section 2.1.1. "
+        "*contact-width* removes (π²/2)·r·k·F_N per rotation of a disc, whatever the slip, as *volume-conserving* does "
+        f"at a slip of π/4: its k_D is 4/π times the slip, {4 / np.pi * SLIP:.4f}, of the *volume-conserving* k_D of "
+        f"the crowned disc, and {4 / np.pi * SLIP / (1 + SLIP):.4f} of that of the cylindrical disc, which rotates "
+        "faster; except for this faster rotation, it predicts no more wear at a higher slip. *full-slip* tends to "
+        "N^(6/5) if the elastic part is small, because the volume per unit of depth increases with the width of the "
+        "worn area, and the pressure decreases more slowly than that."
     )
 
 
@@ -111,7 +113,7 @@ def say_what_kappa_carries(report: Report) -> None:
         f"{off:.0e} at 50 places up to 10⁸ rotations), not F_N. κ = 4/π would make the area of the "
         f"ellipse that of the rectangle, as the text says κ does (within {apart:.0e}), and the pressure carry F_N "
         f"(within {whole:.0e}, at the same a_x). tribopipe keeps κ as printed. It enters by a_z: in the elastic part u "
-        "and in the distance slid by *contact-width*, whose k_D would be smaller by a factor of 16/π² = 1.62."
+        "and in the sliding distance with *contact-width*, whose k_D would be smaller by a factor of 16/π² = 1.62."
     )
 
 
@@ -149,7 +151,7 @@ def say_how_long(report: Report, repeats: int) -> None:
             times[name].append(timed(work))
     medians = {name: statistics.median(taken) for name, taken in times.items()}
     report.say("## Speed")
-    report.say(f"Medians of {repeats} repeats in turn; in brackets the least and the greatest time.")
+    report.say(f"Medians of {repeats} alternating repeats; minimum and maximum in brackets.")
     report.table(
         ["", "processor", "ratio"],
         [

@@ -1,4 +1,4 @@
-"""How often a study calls off a law that holds, and how often it finds one that does not, over simulated laboratories.
+"""How often a study rejects a law that holds, and one that does not, over simulated laboratories.
 
     python benchmarks/verdicts.py --labs 200 --jobs 2
 

@@ -271,7 +271,7 @@ def main() -> int:
     )
     held = {True: "yes", False: "NO"}
     cells = [[row.what, row.found, row.asked, held[row.holds] if row.asked else ""] for row in table]
-    report.table(["What", "Found", "Asked for", "Holds"], cells)
+    report.table(["What", "Found", "Required", "Met"], cells)
     report.finish()
     return 0 if all(row.holds for row in table) else 1
 

@@ -1,4 +1,4 @@
-"""(e) 10⁸ rotations of two discs beside the published scheme, which takes one step for each rotation."""
+"""(e) 10⁸ rotations of two discs, compared with the published scheme, which takes one step per rotation."""
 
 import time
 from collections.abc import Iterator
@@ -16,10 +16,10 @@ def rows(setting: Setting) -> Iterator[Row]:
     """Yield the pair."""
     steps = setting.of(100_000, small=1000)
     yield Pair(
-        f"two discs through 10⁸ rotations, at {_PLACES} points",
+        f"two discs, 10⁸ rotations, {_PLACES} points",
         lambda: discs(PUBLISHED).worn(np.linspace(0.0, MANY_ROTATIONS, _PLACES), CURVED, FLAT),
         lambda: published_wear(discs(PUBLISHED), np.ones(steps), CURVED, FLAT),
-        f"the published step for each rotation; {steps:,} timed and scaled",
+        f"one published step per rotation; {steps:,} timed and scaled",
         scaled=MANY_ROTATIONS / steps,
         clock=time.process_time,
     )

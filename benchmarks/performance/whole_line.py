@@ -36,7 +36,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     )
     plain = "--no-figures", "--recipe", str(quick_recipe(setting.folder))
     yield Growth(
-        "`process -j 2` by runs",
+        "`process -j 2`",
         sizes=[1, 2] if setting.small else [1, 10, 100, 1000],
         at=lambda size: processed(setting, made(setting, size), "-j", "2", *plain),
         of="runs",
@@ -44,7 +44,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         repeats=_REPEATS_OF_GROWTH,
     )
     yield Growth(
-        "`process` of one run by samples",
+        "`process` of one run",
         sizes=[size * _SHORTEST for size in ([1, 2] if setting.small else [1, 10, 100, 1000])],
         at=lambda size: processed(setting, made(setting, 1, times=size // _SHORTEST), *plain),
         at_most=1.1,

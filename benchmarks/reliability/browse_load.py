@@ -147,7 +147,7 @@ def reports(server: Server) -> list[Row]:
     idle = idle_after(server)
     peak = server.peak()
     return [
-        Row("reports asked for by clients who left after 1 s", str(REPORTS)),
+        Row("reports requested by clients who left after 1 s", str(REPORTS)),
         Row(f"after them: {idle.what}", *idle[1:]),
         Row("after them: peak of the server's memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
     ]
