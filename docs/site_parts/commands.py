@@ -58,7 +58,7 @@ def _section(name: str, command: Any) -> str:
     text += f"```text\n{usage}\n```\n\n{_prose(command.help)}\n\n"
     for title, rows in (("Argument", arguments), ("Option", options)):
         if rows:
-            text += table((title, "Meaning", "Value", "If left out"), rows) + "\n"
+            text += table((title, "Meaning", "Value", "Default"), rows) + "\n"
     return text
 
 

@@ -225,7 +225,7 @@ def _table(part: _Part, parts: _Parts, document: str) -> str:
         titled(3 if parts.label in RESULTS else 2, part.title, label)
         + indexed(f"{key}; {document}" for key in keys)
         + f"{plain(_described(part.schema))}\n\n"
-        + table(("Key", "Meaning", "Written as", "If left out"), rows)
+        + table(("Key", "Meaning", "Written as", "Default"), rows)
         + "\n"
     )
 

@@ -56,7 +56,7 @@ def toml(value: Any) -> str:
 
 
 def default(schema: Schema) -> str:
-    """Say what is taken where a key is left out; nothing where nothing is."""
+    """Return the default of a key, or an empty text."""
     value = schema.get("default")
     if value in (None, [], {}) or (isinstance(value, dict) and "unit" not in value):
         return ""

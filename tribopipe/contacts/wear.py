@@ -56,7 +56,7 @@ class ContactWear(Protocol):
 
     @property
     def most_places(self) -> int | None:
-        """Number of positions at which wear is computed along a run, linear in between; none for every sample."""
+        """Number of positions at which wear is computed along a run, linear in between; None for every sample."""
 
     @property
     def slid(self) -> float:

@@ -21,7 +21,7 @@ class Annotation(Record):
     date: str
     """Date of the entry, ISO 8601."""
     operator: str | None = None
-    """Name of the person who added the entry; none if unknown."""
+    """Name of the person who added the entry; None if unknown."""
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
@@ -67,13 +67,13 @@ class Mark(Record):
     """One entry in the history of marks of a run; the last one counts."""
 
     kind: Literal["bad", "good"]
-    """Bad: left out of studies, and no reference of predictions. Good: takes that back."""
+    """Bad: excluded from studies and not used as a reference for predictions. Good: withdraws this mark."""
     reason: Annotated[str, _worded("why the run is marked")]
     """Why, in the words of whoever marked it."""
     date: str
     """Date of the mark, ISO 8601."""
     operator: Annotated[str, _worded("who marks the run")] | None = None
-    """Name of the person who marked the run; none if unknown."""
+    """Name of the person who marked the run; None if unknown."""
 
     def __str__(self) -> str:
         who = f" by {self.operator}" if self.operator else ""

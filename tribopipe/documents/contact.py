@@ -246,7 +246,7 @@ class Contact(Record):
 
     @property
     def round_surfaces(self) -> dict[str, Quantity]:
-        """Radius of the unworn surface that a profile leads across, m, by the role of the body; none of flat ones."""
+        """Radius of the unworn surface that a profile leads across, m, by the role of the body; None if it is flat."""
         return {}
 
     @property
@@ -340,7 +340,7 @@ class SlidingPin(Contact):
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
     track_key: ClassVar[str | None] = None
-    """Key of run.toml that determines the track radius; none if the conditions state it."""
+    """Key of run.toml that determines the track radius; None if the conditions state it."""
 
     @model_validator(mode="before")
     @classmethod
@@ -380,7 +380,7 @@ class SlidingPin(Contact):
 
     @property
     def round_surfaces(self) -> dict[str, Quantity]:
-        """Radius of the tip, m; none of a flat pin."""
+        """Radius of the tip, m; None for a flat pin."""
         return {"pin": self.pin.radius} if self.pin.widens else {}
 
     @property

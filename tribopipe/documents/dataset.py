@@ -95,7 +95,7 @@ def _by_name(written: Any) -> Any:
 
 
 class Organisation(Record):
-    """An institution; where only its name is known, the name alone stands for it."""
+    """An institution; its name is sufficient."""
 
     name: _Line
     """Name as it writes itself."""
@@ -127,7 +127,7 @@ class Person(Record):
 
 
 class Apparatus(Record):
-    """A tribometer, as far as run.toml does not determine it."""
+    """Data of a tribometer that run.toml does not contain."""
 
     name: _Line
     """Name, as in the key instrument of run.toml."""
@@ -183,7 +183,7 @@ class Dataset(Record):
     publisher: Institution | None = None
     """Repository or institution that publishes it."""
     doi: Doi | None = None
-    """DOI of the data set, where it has one already."""
+    """DOI of the data set, if it already has one."""
     language: Annotated[str, Field(pattern="^[a-z]{2,3}$")] = "en"
     """Language of the texts, ISO 639."""
     instruments: tuple[Apparatus, ...] = ()
@@ -205,12 +205,12 @@ class Dataset(Record):
         return [*(key for key, said in wanted.items() if not said), *without]
 
     def operated_by(self, operator: str | None) -> Person | None:
-        """Return the creator whom run.toml names as operator; none where it is nobody of them."""
+        """Return the creator whom run.toml names as operator; None if it is nobody of them."""
         known = {name.casefold(): person for person in self.creators for name in (person.name, *person.operator)}
         return known.get((operator or "").casefold())
 
     def apparatus(self, name: str | None) -> Apparatus | None:
-        """Return what is stated about an instrument of run.toml; none where nothing is."""
+        """Return what is stated about an instrument of run.toml; None if nothing is."""
         return next((one for one in self.instruments if one.name == name), None)
 
 

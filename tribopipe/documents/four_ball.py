@@ -40,9 +40,9 @@ class FourBall(SlidingPin):
     kind: Literal["four-ball"]
     """Type of tribometer."""
     ball: Ball
-    """The three balls that stand still."""
+    """The three stationary balls."""
     top_ball: Ball
-    """The ball that rotates; left out, it is like the others."""
+    """The rotating ball; default: same as the others."""
 
     body_names: ClassVar[tuple[str, ...]] = ("ball", "top_ball")
     fitted_bodies: ClassVar[tuple[str, ...]] = ("ball",)
@@ -68,8 +68,9 @@ class FourBall(SlidingPin):
         one, other = self.ball.diameter, self.top_ball.diameter
         if not math.isclose(one.value, other.value, rel_tol=_SAME):
             raise ValueError(
-                f"top_ball.diameter: found {other.shown('mm')} on balls of {one.shown('mm')}; expected four equal "
-                "balls, whose contacts share the load as computed here; correct one of them"
+                f"top_ball.diameter: found {other.shown('mm')}, but ball.diameter is {one.shown('mm')}; expected four "
+                "balls of the same diameter, as the load per contact is calculated for equal balls; correct one of the "
+                "diameters"
             )
         return self
 

@@ -111,44 +111,44 @@ class Conditions(Record):
     normal_load: Force
     """Nominal normal load F_N."""
     sliding_speed: Speed | None = None
-    """Nominal sliding speed; needed where only one of time and sliding distance was recorded."""
+    """Nominal sliding speed; required if only one of time and sliding distance was recorded."""
     sliding_distance: Distance | None = None
     """Planned sliding distance."""
     curved_disc_speed: Speed | None = None
-    """Tangential speed v₁ of the crowned disc; needed where only one of time and rotations was recorded."""
+    """Tangential speed v₁ of the crowned disc; required if only one of time and rotations was recorded."""
     flat_disc_speed: Speed | None = None
     """Tangential speed v₂ of the cylindrical disc; or give slip."""
     track_radius: Length | None = None
     """Radius of the circle that a pin slides on; by it rotations and rotational speed of the disc become distances."""
     rotational_speed: RotationalSpeed | None = None
-    """Rotational speed of the disc under a pin; with track_radius in the place of sliding_speed."""
+    """Rotational speed of the disc under a pin; with track_radius instead of sliding_speed."""
     stroke: Length | None = None
-    """Length of one stroke of a pin that slides there and back."""
+    """Length of one stroke of a reciprocating pin."""
     frequency: Frequency | None = None
-    """Cycles there and back a second; with stroke in the place of sliding_speed."""
+    """Cycles per second, back and forth; with stroke instead of sliding_speed."""
     weld_load: Force | None = None
-    """Load at which four balls weld, where it is known: a test under it is refused."""
+    """Load at which the four balls weld, if known; a normal load at or above it is rejected."""
     slip: Slip | None = None
-    """(v₂ − v₁)/v₁: "4 %" where the cylindrical disc is faster, "-4 %" where it is slower."""
+    """(v₂ − v₁)/v₁, such as "4 %" if the cylindrical disc is faster, or "-4 %" if it is slower."""
     rotations: Rotations | None = None
     """Planned rotations of the crowned disc."""
     medium: str | None = None
-    """Environment or lubricant of the contact: "air", "water"…"""
+    """Environment or lubricant of the contact, such as "air" or "water"."""
     temperature: Temperature | None = None
     """Room temperature."""
     relative_humidity: Percentage | None = None
     """Relative humidity of the surrounding air."""
     friction: StatedFriction | None = None
-    """Friction to predict with under Sarkar's law, where it is known beforehand; fits take the measured friction."""
+    """Friction for predictions with Sarkar's law, if known in advance; fits use the measured friction."""
 
     @property
     def nominal_speed(self) -> Quantity | None:
-        """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; none where unknown."""
+        """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; None if unknown."""
         return self.speed_of_motion if self.sliding_speed is None else self.sliding_speed
 
     @property
     def speed_of_motion(self) -> Quantity | None:
-        """Sliding speed by the stated motion, m/s: ω·R of the track, or 2·stroke·frequency; none where unknown."""
+        """Sliding speed by the stated motion, m/s: ω·R of the track, or 2·stroke·frequency; None if unknown."""
         if self.rotational_speed is not None and self.track_radius is not None:
             return _product(1.0, self.rotational_speed, self.track_radius)
         if self.stroke is not None and self.frequency is not None:
@@ -157,14 +157,14 @@ class Conditions(Record):
 
     @property
     def cycle(self) -> float | None:
-        """Sliding distance of one revolution, or of one stroke there and back, m; none where neither is known."""
+        """Sliding distance of one revolution, or of one stroke there and back, m; None if neither is known."""
         if self.track_radius is not None:
             return 2 * math.pi * self.track_radius.value
         return None if self.stroke is None else 2 * self.stroke.value
 
     @property
     def path(self) -> Quantity | None:
-        """Sliding distance between two passages of a pin at one place of its track, m; none where it is not known.
+        """Sliding distance between two passages of a pin at one place of its track, m; None if it is unknown.
 
         It is once around the circle; there and back the pin passes twice, on average after one stroke.
         """
@@ -232,24 +232,24 @@ class SignalFile(Record):
     file: FileName | None = None
     """Name of the file, relative to run.toml."""
     files: tuple[FileName, ...] = ()
-    """Files that continue each other, in the order of the test, in the place of file: one for each stroke or step."""
+    """Consecutive files of one test, in order, instead of file: one per stroke or step."""
     reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
-    """Format, where it should not be detected: "delimited", "ducom-winducom"…, or a reader described in a file of the
-    run folder: "our-rig.toml"."""
+    """Format, such as "delimited" or "ducom-winducom", or the file of the run folder that describes it, such as
+    "our-rig.toml"; default: detected."""
     encoding: str | None = None
-    """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
+    """Text encoding, such as "cp1252" or "shift_jis"; default: detected."""
     separator: str | None = None
-    """Column separator, where it should not be detected: ";", "\\t", or " " for whitespace."""
+    """Column separator, such as ";", "\\t", or " " for whitespace; default: detected."""
     decimal: Literal[".", ","] | None = None
-    """Decimal sign, where it should not be detected."""
+    """Decimal sign; default: detected."""
     sheet: str | None = Field(default=None, min_length=1)
-    """Sheet of a workbook, where several hold a table of a test."""
+    """Sheet of a workbook, if several contain test data."""
     steps: tuple[int, ...] = ()
-    """Numbers of the steps to be read, where a file holds several; left out, all rows are one test."""
+    """Numbers of the steps to read, if a file contains several; default: all rows form one test."""
     step_column: str | None = Field(default=None, min_length=1)
-    """Column that numbers the steps, where it should not be recognized: "Step"."""
+    """Column with the step numbers, such as "Step"; default: recognized by its name."""
     columns: dict[SignalName, Source] = Field(default_factory=dict)
-    """Signal → column. Left out, columns are recognised by their names."""
+    """Signal → column. Default: columns are recognized by their names."""
 
     @model_validator(mode="after")
     def _each_step_is_chosen_once(self) -> Self:
@@ -279,12 +279,12 @@ class ProfileSource(Record):
     file: FileName
     """Name of the file, relative to run.toml."""
     reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
-    """Format, where it should not be detected: "dektak", "points"…, or a reader described in a file of the run folder:
-    "our-rig.toml"."""
+    """Format, such as "dektak" or "points", or the file of the run folder that describes it, such as "our-rig.toml";
+    default: detected."""
     position: Source | None = None
-    """Column of the position across the track, where the format does not state it."""
+    """Column of the position across the track, if the format does not state it."""
     height: Source | None = None
-    """Column of the height, upwards out of the specimen, where the format does not state it."""
+    """Column of the height, positive out of the specimen, if the format does not state it."""
 
 
 def _one_or_several(written: Any) -> Any:
@@ -304,7 +304,7 @@ class EndValues(Record):
     pin_wear_depth: MeasuredDepth | None = None
     """Wear height of the pin."""
     pin_scar_diameter: MeasuredLength | None = None
-    """Diameter of the scar on a spherical pin; where the disc has worn, the mean of length and width."""
+    """Diameter of the scar on a spherical pin; if the disc is worn, the mean of length and width."""
     pin_scar_length: MeasuredLength | None = None
     """Length of the scar on a spherical pin, along the sliding direction."""
     pin_scar_width: MeasuredLength | None = None
@@ -433,7 +433,7 @@ class RunManifest(Record):
     comment: str | None = None
     """Anything else worth keeping."""
     contact: AnyContact | None = None
-    """The two bodies; left out, friction alone is evaluated."""
+    """The two bodies; without them, only friction is evaluated."""
     conditions: Conditions
     """How the test was run."""
     signals: tuple[SignalFile, ...] = Field(min_length=1, max_length=100)
@@ -526,7 +526,7 @@ class RunManifest(Record):
 
     @property
     def tribometer(self) -> str | None:
-        """Kind of the tribometer; none where run.toml does not describe the bodies."""
+        """Kind of the tribometer; None if run.toml does not describe the bodies."""
         return None if self.contact is None else self.contact.kind
 
     @property
@@ -536,13 +536,13 @@ class RunManifest(Record):
 
     @property
     def planned(self) -> float | None:
-        """Planned end along the progress, SI; none where it is not stated."""
+        """Planned end along the progress, SI; None if it is not stated."""
         stated: Quantity | float | None = getattr(self.conditions, self.progress.signal)
         return stated.value if isinstance(stated, Quantity) else stated
 
     @property
     def nominal_speed(self) -> Quantity | None:
-        """Nominal speed by which the progress follows from time, m/s; none where it is not stated."""
+        """Nominal speed by which the progress follows from time, m/s; None if it is not stated."""
         conditions = self.conditions
         return conditions.nominal_speed if self.progress is SLIDING else getattr(conditions, self.progress.speed)
 
@@ -553,13 +553,13 @@ class RunManifest(Record):
 
     @property
     def path(self) -> Quantity | None:
-        """Sliding distance between two contacts that one place of a track meets, m; none where it is not known."""
+        """Sliding distance between two contacts that one place of a track meets, m; None if it is unknown."""
         path = self.conditions.path
         return path if path is None or self.contact is None else scaled(path, 1 / self.contact.contacts_per_turn)
 
     @property
     def friction_arm(self) -> float | None:
-        """Friction torque over friction force, m; none where it is not known."""
+        """Friction torque over friction force, m; None if it is unknown."""
         radius = self.conditions.track_radius
         arm = None if radius is None else radius.value
         return arm if self.contact is None else self.contact.friction_arm(arm)
@@ -572,7 +572,7 @@ class RunManifest(Record):
 
     @property
     def pin(self) -> Tip | None:
-        """The pin that slides; none where there is none, or run.toml does not describe it."""
+        """The pin that slides; None if there is none, or run.toml does not describe it."""
         return self.contact.pin if isinstance(self.contact, SlidingPin) else None
 
     @property
@@ -645,7 +645,7 @@ def _contact_of(document: Any) -> type[Contact] | None:
 
 
 def unknown_kind(document: Any) -> str | None:
-    """Return the kind of contact that a run.toml names and that is not installed here; none where it is."""
+    """Return the kind of contact that a run.toml names and that is not installed here; None if it is."""
     contact = document.get("contact") if isinstance(document, Mapping) else None
     kind = contact.get("kind") if isinstance(contact, Mapping) else None
     return kind if isinstance(kind, str) and contact_named(kind) is None else None

@@ -79,7 +79,7 @@ class Sensors(RecordingSensors):
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
     """Standard uncertainty of the height lost by a pin, drawn once per run where that is measured."""
     disc_volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.05, "1"))
-    """Standard uncertainty of the counterbody's worn volume over that volume, drawn once per run where it has a k_D."""
+    """Relative standard uncertainty of the wear volume of the counterbody, drawn once per run if it has a k_D."""
 
 
 class AnyVirtualRun(Record):
@@ -107,9 +107,9 @@ class VirtualRun(AnyVirtualRun):
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
     disc_wear_coefficient: WearCoefficient | None = None
-    """True k_D of the counterbody; where it is given, both bodies wear by volume, and its volume is measured."""
+    """True k_D of the counterbody; with it, both bodies wear by volume, and its wear volume is measured."""
     disc_wear_depth: MeasuredDepth | None = None
-    """Disc wear at the end of the run; left out where none could be measured."""
+    """Disc wear at the end of the run; omit it if the disc wear could not be measured."""
 
     @model_validator(mode="after")
     def _the_counterbody_wears_in_one_way(self) -> Self:
@@ -243,7 +243,7 @@ class TwinDiscVirtualRun(AnyVirtualRun):
     """One run of two discs: slip, rotations, the truth behind it, and the seed of its noise."""
 
     normal_load: Force | None = None
-    """F_N; left out, that of the series."""
+    """Normal load; default: that of the series."""
     slip: Annotated[Slip, AfterValidator(_discs_that_slip)]
     """(v₂ − v₁)/v₁ of the unworn discs."""
     rotations: Rotations
@@ -253,7 +253,7 @@ class TwinDiscVirtualRun(AnyVirtualRun):
     flat_wear_coefficient: WearCoefficient
     """True k_D of the cylindrical disc."""
     fatigue: Fatigue | None = None
-    """Change of both k_D during the run; left out, they are constant."""
+    """Change of both k_D during the run; default: constant."""
 
     @model_validator(mode="after")
     def _fatigue_sets_in_during_the_run(self) -> Self:
@@ -279,7 +279,7 @@ class TwinDiscSeries(AnySeries):
     curved_disc_speed: Speed
     """Nominal tangential speed v₁ of the crowned disc."""
     normal_load: Force | None = None
-    """F_N of the runs that give none of their own."""
+    """Normal load of runs without their own."""
     sensors: TwinDiscSensors = TwinDiscSensors()
     """The instrument."""
     runs: tuple[TwinDiscVirtualRun, ...] = Field(min_length=1)
@@ -378,7 +378,7 @@ class Truth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Parameters of the law in addition to k_D; none if it has none."""
+    """Parameters of the law in addition to k_D; None if it has none."""
     wear_coefficient: WearCoefficient
     """k_D."""
     friction: StatedFriction
@@ -392,9 +392,9 @@ class Truth(Record):
     end_disc_wear_depth: Quantity
     """Disc wear at the end, without any error."""
     disc_wear_coefficient: WearCoefficient | None = None
-    """k_D of the counterbody, where it has one."""
+    """k_D of the counterbody; None if it has none."""
     end_disc_wear_volume: Quantity | None = None
-    """Worn volume of the counterbody at the end, without any error, where it has a k_D."""
+    """Wear volume of the counterbody at the end, without any error; only if it has a k_D."""
 
 
 class TwinDiscTruth(Record):
@@ -409,7 +409,7 @@ class TwinDiscTruth(Record):
     law: LawName
     """Wear law."""
     law_parameters: dict[str, Quantity] | None = None
-    """Parameters of the law in addition to k_D; none if it has none."""
+    """Parameters of the law in addition to k_D; None if it has none."""
     distance_per_rotation: DistanceConvention
     """Convention for the sliding distance of a point of a disc in one rotation."""
     curved_wear_coefficient: WearCoefficient

@@ -100,9 +100,9 @@ class Zero(Record):
     step: Literal["zero"] = "zero"
     """Name of the step."""
     windows: tuple[TimeWindow, ...] = ()
-    """Times without contact; left out, the start and the end of the run if the measured load shows no contact there."""
+    """Times without contact; default: start and end of the run, if the measured load shows no contact there."""
     signals: tuple[Literal["normal_force", "friction_force"], ...] = ("normal_force", "friction_force")
-    """Signals to be zeroed."""
+    """Signals to zero."""
 
 
 class PressingLoad(Record):
@@ -125,7 +125,7 @@ class UnloadedFriction(Record):
     step: Literal["unloaded-friction"] = "unloaded-friction"
     """Name of the step."""
     share: float = Field(default=0.05, ge=0, lt=0.5)
-    """Share of the nominal load below which the measured load counts as none."""
+    """Fraction of the nominal load below which the measured load counts as zero."""
 
 
 class StrokeWiseFriction(Record):
@@ -148,7 +148,7 @@ class TurnOver(Record):
     step: Literal["turn-over"] = "turn-over"
     """Name of the step."""
     signals: tuple[TurnedSignal, ...]
-    """Signals whose sign is reversed, where they were measured."""
+    """Measured signals whose sign is reversed."""
 
     @model_validator(mode="after")
     def _something_is_turned(self) -> Self:
@@ -166,7 +166,7 @@ class Despike(Record):
     step: Literal["despike"] = "despike"
     """Name of the step."""
     signals: tuple[SignalName, ...] = ("normal_force", "friction_force", "friction_coefficient", "depth")
-    """Signals to be despiked, where they were measured."""
+    """Measured signals to despike."""
     window: int = Field(default=11, ge=3, le=1001)
     """Samples whose median counts, an odd number."""
     threshold: float = Field(default=6.0, gt=0)

@@ -117,7 +117,7 @@ class Converted:
 
     value: float
     u: float | None
-    """Standard uncertainty; none where nobody stated one."""
+    """Standard uncertainty; None if not stated."""
     unit: str
 
     def __str__(self) -> str:
@@ -138,7 +138,7 @@ class Quantity(Record, Arithmetic):
     unit: str
     """SI unit: m, s, N, Pa, m/s, m^2/N, or 1 for a ratio."""
     standard_uncertainty: float | None = None
-    """Standard uncertainty in ``unit``; none if it was not stated."""
+    """Standard uncertainty in ``unit``; None if it was not stated."""
 
     def __str__(self) -> str:
         return self.shown()
@@ -157,7 +157,7 @@ class Quantity(Record, Arithmetic):
 
     @property
     def u(self) -> float | None:
-        """The standard uncertainty, in ``unit``; none where nobody stated one."""
+        """The standard uncertainty, in ``unit``; None if not stated."""
         return self.standard_uncertainty
 
     def to(self, unit: str) -> "Converted":
@@ -240,7 +240,7 @@ class EndValue(Quantity):
     method: str | None = None
     """Measurement method: "white-light", "stylus", "optical microscope"…"""
     readings: tuple[float, ...] | None = None
-    """Single readings, in ``unit``, of which ``value`` is the mean; none where one value was given."""
+    """Single readings, in ``unit``, of which ``value`` is the mean; None if one value was given."""
 
 
 def of_readings(readings: Sequence[float], common: float | None = None) -> tuple[float, float | None]:

@@ -21,8 +21,8 @@ _BODY_FACT = re.compile(r"contact\.(?:pin|disc|curved_disc|flat_disc)\.[a-z_]+")
 def _a_short_name(written: str) -> str:
     if not _NAME.fullmatch(written):
         raise ValueError(
-            f"found {written!r}; expected up to 60 lowercase letters and digits, with single - between them, such as "
-            "'our-rig'"
+            f"found {written!r}; expected at most 60 lowercase letters, digits and single hyphens, such as 'our-rig'; "
+            "correct the name"
         )
     return written
 
@@ -118,7 +118,7 @@ class DescribedColumn(Record):
     """Content of one column of the file."""
 
     signal: SignalName | None = None
-    """Measured signal; left out, the column is kept without a meaning."""
+    """Measured signal; without it, the column is kept but not interpreted."""
     axis: Literal["x", "y", "z"] | None = None
     """Coordinate of a profile: x along the scan, y across scans, z the height, positive out of the specimen."""
     unit: Unit | None = None
@@ -159,17 +159,17 @@ class ReaderProfile(Record):
     detect: Pattern | None = None
     """Found in one of the first lines of every file of this format, and of no other."""
     encoding: str | None = None
-    """Text encoding, where it should not be detected: "cp1252", "shift_jis"…"""
+    """Text encoding, such as "cp1252" or "shift_jis"; default: detected."""
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
-    """Column separator: ";", "\\t", or " " for whitespace; needed wherever the place of the table is given."""
+    """Column separator, such as ";", "\\t", or " " for whitespace; required if the position of the table is given."""
     decimal: Literal[".", ","] | None = None
-    """Decimal sign, where it should not be detected."""
+    """Decimal sign; default: detected."""
     starts_at: Pattern | None = None
     """Found in the first line of the table: the header row, or the first data row if names are specified here."""
     header_lines: int | None = Field(default=None, ge=0, le=250)
     """Number of lines above the first line of the table; an alternative to starts_at."""
     names: tuple[Annotated[str, Field(min_length=1)], ...] = ()
-    """Names of the columns, where the file has none."""
+    """Names of the columns, if the file has none."""
     units_row: Literal["above", "below"] | None = None
     """Whether a row of units is above or below the header row."""
     columns: dict[str, DescribedColumn] = Field(min_length=1, max_length=1000)

@@ -22,7 +22,7 @@ class DriftRecipe(Record):
     window: float = Field(default=0.02, gt=0, lt=0.5)
     """Share of the sliding distance at either end from which two-step correction takes zero offset and end reading."""
     prior: Length = Field(default_factory=lambda: _length(250e-9))
-    """Standard uncertainty of the drift over a whole test, used only where no wear was measured after it.
+    """Standard uncertainty of the drift over a whole test, used only if no wear was measured after it.
 
     The default is the largest discrepancy that the paper found.
     """
@@ -32,9 +32,9 @@ class FrictionRecipe(Record):
     """Which part of the friction signal is fitted with Eq. 7."""
 
     start: Position | None = None
-    """Start of the fit, "0 m" for the first sample; left out, the loading ramp is detected and excluded."""
+    """Start of the fit, such as "0 m" for the first sample; default: end of the loading ramp, which is detected."""
     end: Position | None = None
-    """End of the fit; left out, the end of the run."""
+    """End of the fit; default: the end of the run."""
 
 
 Correction = Literal["model", "two-step"]
@@ -46,23 +46,22 @@ class WearRecipe(Record):
     models: tuple[LawName, ...] = ("archard", "sarkar")
     """Wear laws that `process` fits."""
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
-    """Parameters of a wear law in addition to k_D that are known; those left out are fitted with k_D of a pin."""
+    """Known parameters of a wear law in addition to k_D; default: fitted together with k_D of a pin."""
     engine: WearEngine | None = None
-    """Depth against volume of a pin: by the Global Incremental Wear Model, by its volume, or by local
-    wear.
+    """Relation of depth and volume of a pin: Global Incremental Wear Model, wear volume, or local wear.
 
-    Left out, it is the model's, or by volume where the disc wore as well. k_D is right with its own engine only.
+    Default: that of the model, or wear volume if the disc also wore. A k_D is valid only with its own engine.
     """
     friction: FrictionSource = "fitted"
     """μ in Sarkar's law: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "model"
-    """Wear, drift and all else that the sensor reads in one statistical model; or drift first, as in the paper."""
+    """One model of wear, drift and all other contributions to the depth signal; or drift first, as in the paper."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """Sliding distance per rotation of twin discs; k_D differs by orders of magnitude between the conventions."""
 
 
 class DefaultUncertainty(Record):
-    """Relative or absolute standard uncertainties used, by name, where the manifest states none."""
+    """Default standard uncertainties, relative or absolute, by name; used if run.toml states none."""
 
     normal_load: float = Field(default=0.01, ge=0)
     """Relative."""
@@ -133,6 +132,6 @@ class Recipe(Record):
     wear: WearRecipe = WearRecipe()
     """Wear fit."""
     uncertainty: DefaultUncertainty = DefaultUncertainty()
-    """Standard uncertainties where the manifest states none."""
+    """Standard uncertainties used if run.toml states none."""
     monte_carlo: MonteCarloRecipe = MonteCarloRecipe()
     """Settings of the propagation of distributions."""

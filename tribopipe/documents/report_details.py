@@ -111,7 +111,7 @@ def read_details(paths: Sequence[Path]) -> tuple[ReportDetails, bytes | None, st
     details
         All keys; where two files state one, the later file's.
     logo
-        Content of the logo's file; none where none is named.
+        Content of the logo's file; None if none is named.
     logo_type
         Its media type.
 

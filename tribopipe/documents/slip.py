@@ -19,7 +19,7 @@ def slip(manifest: RunManifest) -> Quantity:
 
 
 def stated_slip(manifest: RunManifest) -> Quantity | None:
-    """Return the slip of bodies that roll on each other; none of others."""
+    """Return the slip of bodies that roll on each other; None for others."""
     return slip(manifest) if manifest.rolls else None
 
 

@@ -13,30 +13,31 @@ from tribopipe.documents.toml import shortened, written_key
 
 
 class Choices(Record):
-    """k_D of archived runs, evaluated in every way; varied are ``recipe`` and ``law``. The archive stays as it is."""
+    """k_D of archived runs for all combinations; ``recipe`` and ``law`` can be varied. The archive is not changed."""
 
     runs: tuple[RunId, ...] = ()
-    """Archived runs; left out, all of them."""
+    """Archived runs; default: all."""
 
 
 class Predictions(Record):
     """Wear of one run under other conditions.
 
-    Varied are ``run``, the keys of its run.toml, ``wear_coefficient``, ``flat_wear_coefficient``, ``recipe``, ``law``.
+    You can vary ``run`` (keys of its run.toml), ``wear_coefficient``, ``flat_wear_coefficient``, ``recipe`` and
+    ``law``.
     """
 
     run: RunId | None = None
     """Archived run to predict."""
     folder: str | None = None
-    """Run folder to predict in its place, next to this document."""
+    """Run folder to predict instead, next to this document."""
     wear_coefficient: WearCoefficient | None = None
-    """k_D of the pin, or of the crowned disc; left out, what the archived fit found under the law."""
+    """k_D of the pin, or of the crowned disc; default: from the archived fit with this law."""
     flat_wear_coefficient: WearCoefficient | None = None
-    """k_D of the cylindrical disc next to it; left out, it does not wear."""
+    """k_D of the cylindrical disc; default: no wear of this disc."""
     at: tuple[str, ...] = ()
-    """Sliding distances to predict at, "500 m", or rotations of discs, "1e6"; left out, the run's own end."""
+    """Sliding distances to predict at, such as "500 m", or rotations of discs, such as "1e6"; default: end of run."""
     depth: tuple[Length, ...] = ()
-    """Wear depths of the pin, or the crowned disc, whose distance or rotations, its life, are wanted."""
+    """Wear depths of the pin or crowned disc for which to calculate the distance or rotations, that is, the life."""
 
     @model_validator(mode="after")
     def _one_run(self) -> Self:
@@ -53,17 +54,17 @@ class Predictions(Record):
 
 
 class VirtualTests(Record):
-    """Tests recorded on the virtual tribometer and evaluated; varied are ``series``, ``run``, ``recipe``, ``law``.
+    """Tests simulated and evaluated; you can vary ``series``, ``run``, ``recipe`` and ``law``.
 
-    What the plan states as uncertain is off by an error drawn again in each test.
+    For each test, new errors are drawn for the uncertain quantities of the plan.
     """
 
     plan: str
     """Plan file, next to this document."""
     runs: tuple[RunId, ...] = ()
-    """Runs of the plan that are repeated; left out, all of them."""
+    """Runs of the plan that are repeated; default: all."""
     within: Percentage | None = None
-    """Largest deviation from the true k_D; the tests within it are counted."""
+    """Largest deviation from the true k_D; the tests with a smaller deviation are counted."""
 
 
 class Uniform(Record):

@@ -45,7 +45,9 @@ Template: type[Record] = _part_of(
     RunManifest,
     without=(*_OF_ONE_RUN, *_SECTIONS),
     schema_version=(Literal["tribopipe.template/1"], Field(alias="schema", description="Version of this document.")),
-    contact=_optional(_PIN_ON_DISC | _TWIN_DISC, "The two bodies, as far as they stay the same.", discriminator="kind"),
+    contact=_optional(
+        _PIN_ON_DISC | _TWIN_DISC, "The two bodies; enter what is common to all runs.", discriminator="kind"
+    ),
     conditions=_optional(_part_of(Conditions), "How tests are run."),
     signals=_optional(
         _part_of(SignalFile, without=("file", "files", "steps", "step_column")),

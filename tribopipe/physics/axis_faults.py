@@ -33,7 +33,7 @@ class Segments:
     """Restart of an axis."""
 
     starts: tuple[int, ...] = ()
-    """Number of the first sample of each segment but the first; none where the axis falls back otherwise, too."""
+    """Number of the first sample of each segment but the first; None if the axis falls back otherwise, too."""
     fault: int | None = None
     """First sample at which the axis falls back without restarting."""
 

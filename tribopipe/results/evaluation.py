@@ -25,17 +25,17 @@ class DepthModel(Record):
     zero_offsets: tuple[Metres, ...]
     """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
     drift_rate: MetresPerSecond
-    """Slope against time of what the sensor reads in addition to wear."""
+    """Drift rate of the sensor: slope of the linear drift against time."""
     drift_interval: tuple[MetresPerSecond, MetresPerSecond]
     """95 % interval of it, averaged over settling, temperature and slow wander, whose distribution is not normal."""
     settling_probability: float
     """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
     settling: Metres
-    """Amplitude a; it counts as 0 as far as there is no settling."""
+    """Amplitude a, averaged over the models with and without settling (a = 0)."""
     settling_time: Seconds | None = None
-    """Time constant τ; none where settling is improbable."""
+    """Time constant τ; None if settling is improbable."""
     thermal_probability: float | None = None
-    """Probability that the reading follows the recorded temperature; none where that is missing or steady."""
+    """Probability that the depth signal changes with the recorded temperature; None if this is missing or constant."""
     thermal_shift: Metres | None = None
     """Change of the depth signal over the range of the recorded temperature."""
     wander: Metres
@@ -56,21 +56,21 @@ class DriftCorrection(Record):
     """The drift subtracted from a depth reading, anchored on the post-test measurement."""
 
     outcome: Literal["corrected", "uncorrected"]
-    """Uncorrected where depth, or the post-test measurement that separates drift from wear, is missing."""
+    """Uncorrected if the depth signal, or the post-test measurement that separates drift from wear, is missing."""
     lacks: tuple[str, ...] = ()
     """Missing inputs of the correction."""
     anchor: str | None = None
-    """Which post-test measurements the end of the curve was matched to; none where the sensor alone gives the wear."""
+    """Which post-test measurements the end of the curve was matched to; None if the sensor alone gives the wear."""
     correction: Correction = "two-step"
     """Method of the drift correction."""
     zero_offset: Metres | None = None
     """Sensor reading at the start of sliding."""
     drift_rate: MetresPerSecond | None = None
-    """Slope against time of what the sensor reads in addition to wear."""
+    """Drift rate of the sensor: slope of the linear drift against time."""
     two_step_rate: MetresPerSecond | None = None
-    """The drift rate by two-step correction, as in the paper; none where nothing was measured after the test."""
+    """The drift rate by two-step correction, as in the paper; None if nothing was measured after the test."""
     model: DepthModel | None = None
-    """Everything that the sensor reads in addition to wear; none of two-step correction."""
+    """Fitted contributions to the depth signal other than wear; not available with two-step correction."""
     discrepancy: Metres | None = None
     """Wear read by the sensor at the end, minus the post-test measurement."""
     end_wear_depth: Metres | None = None
@@ -78,7 +78,7 @@ class DriftCorrection(Record):
     pin_wear_depth: Metres | None = None
     """The pin's part of it."""
     disc_wear_depth: Metres | None = None
-    """The disc's part of it, where it was measured."""
+    """Contribution of the disc, if measured."""
     findings: tuple[Finding, ...] = ()
     """Findings against the depth signal of two discs; for a pin, see its fits."""
 
@@ -105,7 +105,7 @@ class FrictionFit(FitRecord):
     """μ(s) = A·exp(−s/c) + b (Eq. 7), or as much of it as the data hold."""
 
     outcome: Literal["exponential", "steady-only", "none"]
-    """Steady-only where an exponential cannot be identified; none where friction was not recorded."""
+    """``steady-only`` if an exponential cannot be identified; ``none`` if friction was not recorded."""
     notes: tuple[str, ...] = ()
     """Why the outcome is what it is, and what to beware of."""
     amplitude: Number | None = None
@@ -117,9 +117,9 @@ class FrictionFit(FitRecord):
     covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of (A, b, c): from noise, including its memory, load and sliding distance."""
     load_uncertainty: Number | None = None
-    """Relative standard uncertainty of the load in that of A and b; none where the instrument gave μ itself."""
+    """Relative standard uncertainty of the load in that of A and b; None if the instrument gave μ itself."""
     distance_uncertainty: Number | None = None
-    """Relative standard uncertainty of the sliding distance in that of c; none where the distance was recorded."""
+    """Relative standard uncertainty of the sliding distance in that of c; None if the distance was recorded."""
     window: tuple[Metres, Metres] | None = None
     """Sliding distances between which friction was fitted."""
     residual_deviation: Number | None = None

@@ -111,7 +111,7 @@ TITLES: Mapping[str, str] = {
     "two_step_differs": "two-step correction gives a different k_D",
     "wear_rate_changes": "wear rate changes during the test",
     "reading_settles": "settling in the depth signal",
-    "reading_follows_temperature": "depth signal follows the temperature",
+    "reading_follows_temperature": "depth signal changes with temperature",
     "curve_shape": "shape of the depth signal not explained",
     "depth_steps": "steps in the depth signal",
     "depth_spikes": "spikes in the depth signal",

@@ -27,7 +27,7 @@ class LocalPoint(Record):
     giwm_depth: Quantity
     """Wear depth by the Global Incremental Wear Model with the same k_D."""
     difference: float | None
-    """Wear depth over that of the GIWM, less one; none where nothing has worn."""
+    """Wear depth divided by that of the GIWM, minus 1; None without wear."""
 
     @property
     def depths(self) -> str:
@@ -94,9 +94,9 @@ class LocalWearResult(Record):
     wear_coefficient: SquareMetresPerNewton
     """k_D of the pin, or of the crowned disc, as V = k_D·F_N·s has it."""
     flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
-    """k_D of the cylindrical disc; none for a pin."""
+    """k_D of the cylindrical disc; only for discs."""
     reference: str | None = None
-    """Run that k_D was identified from; none where it was given."""
+    """Run that k_D was identified from; None if k_D was given."""
     normal_load: Newtons
     """F_N."""
     steps_per_decade: int
@@ -113,7 +113,7 @@ class LocalWearResult(Record):
     notes: tuple[str, ...] = ()
     """Notes and warnings."""
     points: tuple[LocalPinPoint | LocalDiscPoint, ...] = ()
-    """The wanted places in the order asked for."""
+    """The requested positions, in the order of the request."""
 
     def told(self, notes: Iterable[str]) -> "LocalWearResult":
         """Return the result with more notes."""

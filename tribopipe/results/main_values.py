@@ -11,7 +11,7 @@ from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.wear_fit import WearFit
 
 Headline: TypeAlias = Mapping[str, Quantity | None]
-"""Main values by name; none if the run does not have the value."""
+"""Main values by name; None if the run does not have the value."""
 
 
 def headline(result: Record | None) -> Headline:

@@ -128,7 +128,7 @@ class RawRun(Tabular):
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     recording: Recording | None = None
-    """Recording of which the columns are means; none if the columns are as recorded."""
+    """Recording of which the columns are means; None if the columns are as recorded."""
 
     @property
     def id(self) -> str:
@@ -187,9 +187,9 @@ class CorrectedRun(Tabular):
     """As preprocessed, where it was."""
     correction: DriftCorrection
     wear_depth: Column | None
-    """Wear of pin and disc at each sample, m; none where the run could not be corrected."""
+    """Wear of pin and disc at each sample, m; None if the run could not be corrected."""
     wander: Column | None = None
-    """Slow component of that wear that is neither wear by Archard's law nor drift, m; none if hidden by noise."""
+    """Slow component of that wear that is neither wear by Archard's law nor drift, m; None if hidden by noise."""
 
     @property
     def id(self) -> str:

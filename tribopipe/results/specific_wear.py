@@ -39,9 +39,9 @@ class MeasuredWear(Record):
     by: str
     """Name of the post-test measurement."""
     depth: Quantity | None = None
-    """Height lost; none where this post-test measurement does not determine it."""
+    """Wear depth; None if this post-test measurement does not determine it."""
     volume: Quantity | None = None
-    """Volume lost; none where this post-test measurement does not determine it."""
+    """Wear volume; None if this post-test measurement does not determine it."""
 
 
 class WearInterval(Record):
@@ -75,11 +75,11 @@ class BodyWearRate(Record):
     intervals: tuple[WearInterval, ...] = ()
     """Wear between one measurement and the next, where the test was interrupted."""
     steady_rate: SquareMetresPerNewton | None = None
-    """Specific wear rate after running-in: slope of volume over ∫F_N ds; none of less than four measurements."""
+    """Specific wear rate after running-in: slope of volume over ∫F_N ds; requires at least four measurements."""
     steady_from: Metres | None = None
     """Sliding distance at which running-in is over."""
     steady_deviation: float | None = None
-    """Overall less steady rate, over the standard uncertainty of the difference."""
+    """Overall minus steady rate, divided by the standard uncertainty of the difference."""
 
     def __str__(self) -> str:
         if self.volume is None or self.specific_wear_rate is None:
@@ -95,7 +95,7 @@ class SpecificWear(Record):
     """Specific wear rate of a run: what each body has lost, over load and distance."""
 
     outcome: Literal["evaluated", "not evaluated"]
-    """Not evaluated where no volume of any body is known."""
+    """Not evaluated if no wear volume is known."""
     notes: tuple[str, ...] = ()
     """Missing inputs and assumptions."""
     sliding_distance: Metres | None = None
@@ -107,13 +107,13 @@ class SpecificWear(Record):
     pin: BodyWearRate | None = None
     """The pin."""
     disc: BodyWearRate | None = None
-    """The disc that a pin rubs on."""
+    """The disc on which a pin slides."""
     curved_disc: BodyWearRate | None = None
-    """The disc with a crown."""
+    """The crowned disc."""
     flat_disc: BodyWearRate | None = None
-    """The disc whose running surface is flat."""
+    """The cylindrical disc."""
     total: SquareMetresPerNewton | None = None
-    """Specific wear rate of both bodies together; none where the volume of one is not known."""
+    """Specific wear rate of both bodies together; None if the volume of one is unknown."""
 
     @property
     def bodies(self) -> dict[str, BodyWearRate]:

@@ -68,7 +68,7 @@ class LawComparison(Record):
     delta_aic: float
     """AIC of Sarkar's law minus that of Archard's: above zero for Archard's."""
     preferred: LawName | None
-    """The law that is better by more than 2; none where the data do not give it."""
+    """The law with an AIC lower by more than 2; None if there is no such law."""
 
 
 class EngineComparison(Record):
@@ -79,7 +79,7 @@ class EngineComparison(Record):
     local: Quantity
     """Wear from the local contact pressure."""
     trusted: WearEngine | None
-    """The local one where the two differ by more than their standard uncertainty; none where they do not."""
+    """The local one if the two differ by more than their standard uncertainty; otherwise None."""
 
 
 class EndOfLife(Record):
@@ -119,7 +119,7 @@ class BodyVerdict(Record):
     coefficient_ratio: Quantity
     """k_D of this run alone over the study's."""
     trend: Trend | None = None
-    """Residual trend of the law fitted to this run alone; none without a curve, as the three below."""
+    """Residual trend of the law fitted to this run alone. This and the next three keys require a curve."""
     exponent: Exponent | None = None
     """Local exponent of h(s)."""
     change_point: ChangePoint | None = None
@@ -138,7 +138,7 @@ class RunVerdict(Record):
     normal_load: Quantity
     """Nominal load."""
     slip: Quantity | None = None
-    """Nominal slip; none of bodies that do not roll."""
+    """Nominal slip; only for rolling bodies."""
     end: Quantity
     """End of the run: its sliding distance, or rotations."""
     outcome: Verdict
@@ -152,7 +152,7 @@ class RunVerdict(Record):
     bodies: dict[str, BodyVerdict]
     """One for each body on which something was measured."""
     end_of_life: EndOfLife | None = None
-    """Position at which the run reaches the wanted depth; none if k_D may be zero, or no depth is wanted."""
+    """Position at which the run reaches the wanted depth; None if k_D may be zero, or no depth is wanted."""
 
     @property
     def first(self) -> BodyVerdict:
@@ -168,7 +168,7 @@ class BetweenRuns(Record):
     scatter: float
     """Standard deviation of k_D between runs over k_D, beyond what each run's own uncertainty explains."""
     within: float
-    """Root mean square of the runs' own relative standard uncertainties, shared errors left out."""
+    """Root mean square of the runs' own relative standard uncertainties, without shared errors."""
     p_value: float
     """Probability of as much disagreement between runs that share one k_D (Cochran's Q)."""
     weights: tuple[float, ...]
@@ -185,7 +185,7 @@ class StudiedBody(Record):
     interval: Interval
     """95 % coverage interval."""
     between_runs: BetweenRuns | None = None
-    """Scatter between runs; none where one run identifies k_D."""
+    """Scatter between runs; None if one run identifies k_D."""
 
 
 class LawResult(Record):
@@ -196,9 +196,9 @@ class LawResult(Record):
     engine: WearEngine = "giwm"
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     distance_per_rotation: DistanceConvention | None = None
-    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; None for bodies that do not roll."""
     bodies: dict[str, StudiedBody]
-    """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
+    """k_D of each body, first the one that is always fitted; other bodies count as unworn."""
     correlation: float | None = None
     """Correlation of both k_D."""
     draws: int
@@ -239,7 +239,7 @@ class StudyResult(Record):
     tribometer: str
     """Type of tribometer."""
     correction: Correction | None = None
-    """Whether drift was subtracted first or fitted together with k_D; none where no depth signal is fitted."""
+    """Whether drift was subtracted first or fitted together with k_D; None if no depth signal is fitted."""
     laws: tuple[LawResult, ...]
     """One result for each wear law."""
     comparisons: dict[str, LawComparison] = Field(default_factory=dict)
@@ -300,7 +300,7 @@ class Lever(Record):
     name: str
     """Input."""
     value: Quantity | None = None
-    """Value and standard uncertainty; none for the noise of the depth signal."""
+    """Value and standard uncertainty; None for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     relative: float
@@ -319,7 +319,7 @@ class Design(Record):
     model: LawName
     """Wear law."""
     of: str = "k_D"
-    """Whose k_D, where there are two."""
+    """Body, if there are two k_D."""
     half_width: float
     """Half width of the 95 % interval of k_D over k_D, as it is."""
     wanted: float
@@ -327,17 +327,17 @@ class Design(Record):
     levers: tuple[Lever, ...]
     """Inputs, the most rewarding first."""
     sliding_distance: Quantity | None = None
-    """Sliding distance of one test that would be sufficient; none if no distance is."""
+    """Sliding distance of one test that would be sufficient; None if no distance is."""
     rotations: Quantity | None = None
-    """Rotations of one test of two discs that would be sufficient; none if no number is, or for a pin."""
+    """Rotations of one test of two discs that would be sufficient; None if no number is, or for a pin."""
     by_distance: float
     """Half-width that no longer test can improve on."""
     replicates: int | None = None
-    """Number of tests like this one that would be sufficient; none if no number is."""
+    """Number of tests like this one that would be sufficient; None if no number is."""
     by_replicates: float
     """Half-width that no number of replicates can improve on, from the uncertainties that all runs share."""
     scatter: float | None = None
-    """Scatter of k_D between runs over k_D that was counted with; none where it is not known."""
+    """Scatter of k_D between runs over k_D that was counted with; None if it is unknown."""
 
     def __str__(self) -> str:
         best = self.levers[0]

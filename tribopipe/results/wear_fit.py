@@ -39,7 +39,7 @@ class Contribution(Record):
     name: str
     """Input quantity."""
     value: Quantity | None = None
-    """Value and standard uncertainty; none for the noise of the depth signal."""
+    """Value and standard uncertainty; None for the noise of the depth signal."""
     shown_in: str | None = None
     """Unit in which people read it."""
     source: Literal["manifest", "default", "fit", "recipe"]
@@ -54,7 +54,7 @@ class Contribution(Record):
 
     @property
     def sensitivity(self) -> float | None:
-        """Relative change of k_D over that of the input, (∂k_D/k_D)/(∂x/x); none where the input has no size."""
+        """Relative change of k_D over that of the input, (∂k_D/k_D)/(∂x/x); None if the input has no size."""
         if self.value is None or not self.value.value or not self.value.standard_uncertainty:
             return None
         return self.relative * self.value.value / self.value.standard_uncertainty
@@ -70,7 +70,7 @@ class MonteCarlo(Record):
     standard_uncertainty: SquareMetresPerNewton
     """Standard deviation of the draws."""
     stable: bool
-    """Whether the digits asked for were stable when drawing ended (7.9.4)."""
+    """Whether the required digits were stable at the last draw (7.9.4)."""
     first_order_interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
     """95 % interval of JCGM 100:2008, log-normal."""
     agrees_with_first_order: bool
@@ -101,9 +101,9 @@ class BodyWear(Record):
     wear_coefficient: SquareMetresPerNewton
     """k_D with its combined standard uncertainty."""
     interval: tuple[SquareMetresPerNewton, SquareMetresPerNewton]
-    """95 % coverage interval of k_D by Monte Carlo; by first-order propagation where none was drawn."""
+    """95 % coverage interval of k_D from the Monte Carlo method, or from first-order propagation if there is none."""
     random_uncertainty: SquareMetresPerNewton | None = None
-    """Standard uncertainty from the noise of the depth signal alone; none where no depth signal was fitted."""
+    """Standard uncertainty from the noise of the depth signal alone; None if no depth signal was fitted."""
     budget: tuple[Contribution, ...] = ()
     """Contributions to the combined standard uncertainty, by first-order propagation."""
     monte_carlo: MonteCarlo | None = None
@@ -162,7 +162,7 @@ class WearFit(FitRecord):
     engine: WearEngine = "giwm"
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     outcome: Literal["fitted", "not fitted"]
-    """Not fitted where an input of the fit is missing."""
+    """Not fitted if an input of the fit is missing."""
     lacks: tuple[str, ...] = ()
     """Missing inputs of the fit."""
     notes: tuple[str, ...] = ()
@@ -170,27 +170,27 @@ class WearFit(FitRecord):
     findings: tuple[Finding, ...] = ()
     """Findings against the result."""
     distance_per_rotation: DistanceConvention | None = None
-    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; None for bodies that do not roll."""
     bodies: dict[str, BodyWear] = Field(default_factory=dict)
-    """k_D of each body, the one that is always found first; a body that is left out counts as unworn."""
+    """k_D of each body, first the one that is always fitted; other bodies count as unworn."""
     correlation: float | None = None
     """Correlation of both k_D."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law in addition to k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; None if it has none."""
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of ln k_D and the fitted parameters, in SI, by first-order propagation."""
     friction: FrictionSource | None = None
     """Which μ Sarkar's law was given."""
     correction: Correction | None = None
-    """Method for drift: with k_D in one model, or before it; none if no depth signal was fitted."""
+    """Method for drift: with k_D in one model, or before it; None if no depth signal was fitted."""
     basis: Basis | None = None
-    """Source of k_D: depth signal and post-test measurement together, or one of them; none for two-step correction."""
+    """Source of k_D: depth signal and post-test measurement together, or one of them; not with two-step correction."""
     deviation: float | None = None
     """Wear at the end by the reading alone minus that by the measurement alone, over its standard uncertainty."""
     sensor: DepthModel | None = None
     """Contributions to the depth signal other than wear, under this law."""
     residual_deviation: Metres | None = None
-    """Standard deviation of the corrected wear about the fit; of block averages, except of two-step correction."""
+    """Standard deviation of the corrected wear about the fit; of block averages, except with two-step correction."""
     effective_samples: float | None = None
     """Number of independent samples the residuals amount to."""
     start: HertzStart | None = None
@@ -198,13 +198,13 @@ class WearFit(FitRecord):
     measurements: tuple[FittedValue, ...] = ()
     """Each measurement that was fitted; the depth signal is not among them."""
     p_value: float | None = None
-    """Probability of as much disagreement under the law (χ²); none where there are no more values than unknowns."""
+    """Probability of as much disagreement under the law (χ²); None if there are no more values than unknowns."""
     equivalents: tuple[ConventionCoefficients, ...] = ()
     """The other ways of counting, so that k_D can be compared."""
 
     @property
     def first(self) -> BodyWear | None:
-        """The body whose k_D every fit finds; none where nothing was fitted."""
+        """The body whose k_D every fit finds; None if nothing was fitted."""
         return next(iter(self.bodies.values()), None)
 
     @property

@@ -39,16 +39,16 @@ OUTCOMES: dict[Outcome, str] = {
 
 
 class PredictedBody(Record):
-    """Wear of one body at one place."""
+    """Wear of one body at one position."""
 
     wear_depth: Quantity
-    """Wear height of it, in the middle of the contact."""
+    """Wear depth in the middle of the contact."""
     wear_depth_edge: Quantity | None = None
-    """Wear height of a flat pin at its two sides, where it meets no groove; none of another body."""
+    """Wear depth at the two sides of a flat pin, outside the groove; only for flat pins."""
     wear_volume: Quantity | None = None
-    """Wear volume of it; none where only its depth is predicted."""
+    """Wear volume; None if only the depth is predicted."""
     track_cross_section: Quantity | None = None
-    """Cross-section of the groove in a body that the other one slides on; none where it has none."""
+    """Cross-section of the groove in the counterbody; None if there is no groove."""
 
     def __str__(self) -> str:
         volume = "" if self.wear_volume is None else f", wear volume {self.wear_volume.shown('mm^3')}"
@@ -59,7 +59,7 @@ class PredictedContact(Record):
     """Contact of the bodies at one position."""
 
     approach: Quantity
-    """Wear heights of all bodies that are predicted together, as a displacement sensor sees them."""
+    """Total wear depth of all predicted bodies, as measured by a displacement sensor."""
     half_width: Quantity
     """Half width of the contact across sliding; the radius of a round one."""
     half_length: Quantity
@@ -69,20 +69,20 @@ class PredictedContact(Record):
 
 
 class PredictedPoint(Record):
-    """Both bodies and their contact at one place of a test."""
+    """Both bodies and their contact at one position in a test."""
 
     sliding_distance: Quantity
-    """Where: distance of sliding, of bodies that roll the slip distance."""
+    """Sliding distance; for rolling bodies the slip distance."""
     rotations: Quantity | None = None
-    """Where, in rotations of the first body; none of a body that does not roll."""
+    """Number of rotations of the first body; only for rolling bodies."""
     time: Quantity | None = None
-    """When, at the nominal speed; none where the speed is not known."""
+    """Time at the nominal speed; None if the speed is unknown."""
     bodies: dict[str, PredictedBody]
     """Wear of each body."""
     contact: PredictedContact
     """Contact."""
     slip: Quantity | None = None
-    """(v₂ − v₁)/v₁ of the worn bodies; none of a body that does not roll."""
+    """(v₂ − v₁)/v₁ of the worn bodies; only for rolling bodies."""
 
     def __str__(self) -> str:
         place = self.sliding_distance.shown("m") if self.rotations is None else f"{self.rotations} rotations"
@@ -107,11 +107,11 @@ class WearPrediction(Record):
     scheme: Literal["exact", "published"]
     """The limit of small steps, or the paper's explicit Euler steps."""
     distance_per_rotation: DistanceConvention | None = None
-    """Convention for the sliding distance in one rotation; none for bodies that do not roll."""
+    """Convention for the sliding distance in one rotation; None for bodies that do not roll."""
     bodies: dict[str, UsedCoefficient]
-    """k_D of each body; one that is left out does not wear."""
+    """k_D of each body; a body without k_D does not wear."""
     reference: str | None = None
-    """Run that k_D was identified from; none where it was given."""
+    """Run that k_D was identified from; None if k_D was given."""
     normal_load: Newtons
     """F_N predicted for."""
     conditions: dict[str, Quantity] = Field(default_factory=dict)
@@ -125,11 +125,11 @@ class WearPrediction(Record):
     notes: tuple[str, ...] = ()
     """Notes and warnings."""
     prediction: tuple[PredictedPoint, ...] = ()
-    """The wanted places in the order asked for."""
+    """The requested positions, in the order of the request."""
     reached: tuple[PredictedPoint, ...] = ()
     """Positions at which wanted depths of the first body are reached, in the order of the request."""
     parameters: tuple[LawValue, ...] | None = None
-    """Parameters of the law in addition to k_D; none where it has none."""
+    """Parameters of the law in addition to k_D; None if it has none."""
 
     @property
     def first(self) -> UsedCoefficient:

@@ -125,7 +125,7 @@ class Sliding:
 
     @property
     def turns(self) -> float:
-        """Slip rotations per time, 1/s; none of a body that slides all the way."""
+        """Slip rotations per time, 1/s; only for rolling bodies."""
         return 0.0
 
     @property
@@ -301,7 +301,7 @@ class WearCase:
     duration: float
     """s."""
     friction: ExponentialFriction | None = None
-    """μ(s) where the law is Sarkar's; none where it is Archard's."""
+    """μ(s) where the law is Sarkar's; None if it is Archard's."""
     element_size: float | None = None
     """Element size of the contact surface across the rolling direction, m; by default a tenth of the unworn contact."""
 

@@ -263,7 +263,7 @@ class Restored:
     done: dict[ArchivedFile, Literal["added", "unchanged"]] = field(default_factory=dict)
     failed: dict[ArchivedFile, TribopipeError] = field(default_factory=dict)
     dataset: Path | None = None
-    """The dataset.toml that was written next to the archive; none where the crate has none, or one was there."""
+    """The dataset.toml that was written next to the archive; None if the crate has none, or one was there."""
     refused_dataset: TribopipeError | None = None
     """Why the crate's dataset.toml was not written."""
 

@@ -26,9 +26,9 @@ class Unit(NamedTuple):
     """A unit of tribopipe elsewhere."""
 
     ucum: str | None
-    """Code by the Unified Code for Units of Measure; none where it has none."""
+    """Code by the Unified Code for Units of Measure; None if it has none."""
     qudt: str | None
-    """Name in QUDT; none where it has none."""
+    """Name in QUDT; None if it has none."""
 
     @property
     def iri(self) -> str | None:
@@ -85,7 +85,7 @@ _TERMS: Mapping[str, str] = {
 
 
 def term(name: str) -> str | None:
-    """Return the TriboDataFAIR identifier of a term of tribopipe; none if there is none."""
+    """Return the TriboDataFAIR identifier of a term of tribopipe; None if there is none."""
     found = _TERMS.get(name)
     return None if found is None else f"{_TRIBODATAFAIR}{found}"
 
@@ -128,7 +128,7 @@ _MEANINGS: Mapping[str, str] = {
 
 
 def meaning(column: str) -> str | None:
-    """Return what a column holds, by its name without unit; none for those that only the instrument knows."""
+    """Return what a column holds, by its name without unit; None for those that only the instrument knows."""
     if column in _MEANINGS:
         return _MEANINGS[column]
     for end, said in _ENDS.items():

@@ -170,7 +170,7 @@ def blocks(state: State, planned: float) -> Means:
 
 
 def departure(found: Posterior, manifest: RunManifest, state: State, planned: float) -> Departure | None:
-    """Return where a run left the law; none where it follows it, or is too short to show."""
+    """Return where a run left the law; None if it follows it, or is too short to show."""
     means = blocks(state, planned)
     if not math.isfinite(found.best) or len(means) < _FEWEST_BLOCKS:
         return None
@@ -210,7 +210,7 @@ def recursive_residuals(design: Column, measured: Column) -> tuple[list[int], Co
 
 
 def _crossing(distance: Column, residuals: Column, whole: int) -> Departure | None:
-    """Return the departure from the law where the sum of residuals crosses its bound; none if it does not."""
+    """Return the departure from the law where the sum of residuals crosses its bound; None if it does not."""
     total, number = np.cumsum(residuals), np.arange(1, len(residuals) + 1)
     crossed = np.flatnonzero(np.abs(total) > _BOUND * (math.sqrt(whole) + 2 * number / math.sqrt(whole)))
     if not len(crossed):

@@ -217,13 +217,13 @@ class Estimate(Record):
     wear_depth_interval: Interval
     """95 % interval of the current wear depth."""
     planned_distance: Quantity | None = None
-    """Planned sliding distance; none if it is not stated."""
+    """Planned sliding distance; None if it is not stated."""
     predicted_depth: Quantity | None = None
     """Wear of the pin at the planned end."""
     predicted_interval: Interval | None = None
     """95 % interval of the wear depth at the planned end."""
     drift_rate: Quantity
-    """Slope against time of what the sensor reads in addition to wear."""
+    """Drift rate of the sensor: slope of the linear drift against time."""
     finished: bool
     """True if the wear at the end was measured, so that this is the joint fit of the complete run."""
 

@@ -205,7 +205,7 @@ class Asked:
     recipe: Recipe = field(default_factory=Recipe)
     known: Known = Known()
     planned: float | None = None
-    """Sliding distance, m, at which the test is to end; none where it is not stated."""
+    """Sliding distance, m, at which the test is to end; None if it is not stated."""
 
     def ends_at(self, reached: float) -> bool:
         """Return whether a test that has come so far, m, has ended as planned; always so without a planned end."""

@@ -34,7 +34,7 @@ class LiveUpdate(Record):
     sliding_distance: Quantity | None = None
     """Sliding distance so far; none before the first sample."""
     estimate: Estimate | None = None
-    """Estimate from the samples; none if there are too few."""
+    """Estimate from the samples; None if there are too few."""
     lacks: str | None = None
     """Why there is no estimate."""
     alarms: tuple[Alarm, ...] = ()

@@ -40,7 +40,7 @@ def true_law(series: Series | TwinDiscSeries) -> WearLaw:
 
 
 def true_parameters(law: WearLaw) -> dict[str, Quantity] | None:
-    """Return the parameters of a law in addition to k_D, in SI; none where it has none."""
+    """Return the parameters of a law in addition to k_D, in SI; None if it has none."""
     known = law.parameters()
     return {
         name: Quantity(value=value, unit=KINDS[known[name].kind].si) for name, value in law.values().items()

@@ -47,9 +47,9 @@ class _Worn:
     pin_depth: Column
     disc_depth: Column
     scars: Mapping[str, float]
-    """Sizes of the scar, m, by their keys; none of a flat pin."""
+    """Sizes of the scar, m, by their keys; empty for a flat pin."""
     disc_volume: float | None = None
-    """m³; none where only a depth is known."""
+    """m³; None if only a depth is known."""
 
 
 class VirtualTest:

@@ -56,7 +56,7 @@ class Condition(Record):
     recipe: Recipe
     """Recipe."""
     wear_coefficient: WearCoefficient | None = None
-    """k_D of the pin or the crowned disc; none for what the archived fit found under the law."""
+    """k_D of the pin or the crowned disc; None for what the archived fit found under the law."""
     flat_wear_coefficient: WearCoefficient | None = None
     """k_D of the cylindrical disc next to it."""
 

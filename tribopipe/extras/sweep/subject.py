@@ -78,7 +78,7 @@ class Parameter:
 
     @property
     def unit(self) -> str | None:
-        """SI unit of the values; none for texts and plain numbers."""
+        """SI unit of the values; None for texts and plain numbers."""
         return self.values[0].unit
 
     def draw(self, seed: int, repeat: int) -> Value:

@@ -106,7 +106,7 @@ def _within(root: Path, here: Path, files: list[Path], *, together: bool) -> Ite
 
 
 def _drop(root: Path, files: list[Path], folder: Path | None = None, *, is_run: bool = False) -> Iterator[Drop]:
-    """Return files as one drop; none if one of them is empty or gone, or if a single file is no export."""
+    """Return files as one drop; None if one of them is empty or gone, or if a single file is no export."""
     if not files or (folder is None and _NO_EXPORT.search(files[0].name)):
         return
     with suppress(OSError):

@@ -78,7 +78,7 @@ class Entry(Record):
     """Begun, and its run folder may be there or not; made; done, with the run archived; failed, until run.toml changes;
     same bytes as another; left alone, since no run can be made of it."""
     run: str | None = None
-    """Id of the run that was made of it; none for a run folder, which stays where it is."""
+    """Id of the run that was made of it; None for a run folder, which stays where it is."""
     run_stamp: str = ""
     """What run.toml looked like when it was processed, or failed."""
     instead_of: str | None = None

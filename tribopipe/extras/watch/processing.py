@@ -139,7 +139,7 @@ def _same(drop: Drop, journal: Journal, twin: Entry) -> Iterator[Event]:
 
 
 def _half(drop: Drop, run_id: str, lab: Lab, journal: Journal) -> str | None:
-    """Return the run that was made of an export before it went on; none where it is another export."""
+    """Return the run that was made of an export before it went on; None if it is another export."""
     before = journal.newest(drop.name)
     if before is None or before.run in (None, run_id) or not goes_on(drop, lab.run(before)):
         return None
@@ -147,7 +147,7 @@ def _half(drop: Drop, run_id: str, lab: Lab, journal: Journal) -> str | None:
 
 
 def _make(drop: Drop, run_id: str, lab: Lab) -> NewRun | None:
-    """Make a run folder; none where a watch has made it before, which did not come to note that."""
+    """Make a run folder; None if a watch has made it before, which did not come to note that."""
     clear_begun(run_id, lab.runs)
     if (lab.runs / run_id).exists():
         return None

@@ -132,7 +132,7 @@ class Watcher:
         self._next = min(self._dropped.next, self._mended.next, now + _LOOK_EVERY)
 
     def _there(self) -> list[Drop] | None:
-        """Return the drops that were not dealt with; none where the folder cannot be seen now."""
+        """Return the drops that were not dealt with; None if the folder cannot be seen now."""
         try:
             there = drops(self._lab.folder, together=self._lab.together, without={self._lab.runs, self._lab.archive})
         except OSError:

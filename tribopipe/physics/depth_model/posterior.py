@@ -105,9 +105,9 @@ class DepthReading:
     segments: Column
     """Number of the zero offset that each block has."""
     measured: tuple[MeasuredDepth, ...] = ()
-    """What was measured on the specimens, the end first; none where the sensor alone is used."""
+    """What was measured on the specimens, the end first; None if the sensor alone is used."""
     drift_deviation: float | None = None
-    """Prior standard deviation of the drift over the test, m; none for a flat prior."""
+    """Prior standard deviation of the drift over the test, m; None for a flat prior."""
     known: tuple[KnownTerm, ...] = ()
     free: Column | None = None
     """Columns of what else is free, shape (blocks, n)."""
@@ -503,7 +503,7 @@ def _slope_about(grid: Column, values: Column, reach: float) -> Column:
 
 
 def _anchor(measured: Sequence[MeasuredDepth], reference: float) -> Anchor | None:
-    """Return what was measured of H − reference, by first-order propagation; none where nothing was measured."""
+    """Return what was measured of H − reference, by first-order propagation; None if nothing was measured."""
     if not measured:
         return None
     step = _STEP * reference

@@ -43,7 +43,7 @@ def steps(time: Column, progress: Column, depth: Column) -> list[int]:
     Returns
     -------
     list of int
-        First sample after each step, ascending; none where there are fewer than 60 samples, or more than five steps,
+        First sample after each step, ascending; None if there are fewer than 60 samples, or more than five steps,
         which are no steps then but another kind of disturbance.
     """
     edges = np.unique(np.linspace(0, len(time), min(_BINS, len(time)) + 1).astype(int))
@@ -64,7 +64,7 @@ def steps(time: Column, progress: Column, depth: Column) -> list[int]:
 
 
 def _largest(smooth: Column, reach: float, found: list[int]) -> int | None:
-    """Return the bin before the largest step of what is left of a reading; none where no change is one."""
+    """Return the bin before the largest step of what is left of a reading; None if no change is one."""
     change = smooth[2:] - smooth[:-2]
     center = np.median(change)
     scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * reach)
@@ -156,7 +156,7 @@ def blocks_of(time: ArrayLike, segments: ArrayLike | None = None, cycles: ArrayL
     segments
         Number of the segment of each sample, ascending; no block reaches across the end of a segment.
     cycles
-        Revolutions, or strokes there and back, before each sample, ascending; none where they are not known.
+        Revolutions, or strokes there and back, before each sample, ascending; None if they is unknown.
 
     Returns
     -------
@@ -204,9 +204,9 @@ class DepthSamples:
     segments: NDArray[np.intp]
     """Number of zero offsets that began before each sample."""
     temperature: Column | None = None
-    """K; none where it was not recorded throughout."""
+    """K; None if it was not recorded throughout."""
     cycle: float | None = None
-    """Progress after which whatever turns or goes there and back is where it was; none where that is not known."""
+    """Progress after which whatever turns or goes there and back is where it was; None if that is unknown."""
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -237,7 +237,7 @@ class DepthSamples:
         measured
             What was measured on the specimens, the end first.
         drift_deviation
-            Prior standard deviation of the drift over the test, m; none for a flat prior.
+            Prior standard deviation of the drift over the test, m; None for a flat prior.
         known
             Terms of known shape and size.
         free

@@ -78,7 +78,7 @@ def optional_terms(time: Column, temperature: Column | None) -> OptionalTerms:
     time
         Mean time of each block as a share of the test, shape (blocks,).
     temperature
-        Mean temperature of each block, K; none where it was not recorded or did not move.
+        Mean temperature of each block, K; None if it was not recorded or did not move.
 
     Returns
     -------
