@@ -20,7 +20,7 @@ class JointFit:
     zero_offsets: tuple[Quantity, ...]
     """Sensor reading at the start of sliding, and after each remounting less what drift had added."""
     drift_rate: Quantity
-    """Slope against time of what the sensor reads in addition to wear."""
+    """Drift rate of the sensor: slope of the linear drift against time."""
     wear_coefficient: Quantity
     """k_D."""
     end_wear_depth: Quantity

@@ -255,7 +255,7 @@ def first_column(**changes: Any) -> type:
 
 FAULTY = {
     "found no reader; expected name, title": object,
-    "name 'Simple Format' is not made of": lambda: Simple(name="Simple Format"),
+    "name 'Simple Format' contains characters other than": lambda: Simple(name="Simple Format"),
     "title '' is not one line": lambda: Simple(title=""),
     "holds 'pictures' is unknown": lambda: Simple(holds="pictures"),
     "match raised IndexError": MatchRaises,

@@ -275,7 +275,7 @@ def test_what_was_read_goes_there_and_back():
                     "top_ball": {"diameter": "10 mm", **STEEL},
                 }
             },
-            "found 10 mm on balls of 12.7 mm; expected four equal balls",
+            "found 10 mm, but ball.diameter is 12.7 mm; expected four balls of the same diameter",
         ),
         ({"contact": {"kind": "four-ball", "ball": STEEL}}, r"contact\.ball\.diameter: missing"),
         (

@@ -157,7 +157,7 @@ def test_a_broken_export_stops_no_other_and_is_a_failure(run_cli, lab):
     (lab / "exports" / "torn.csv").write_bytes(export(3) + b"0.5;1;2;3\n")
     made = run_cli("new", "exports", "--set", "conditions.normal_load=5 N")
     assert made.exit_code == 3
-    assert "left out: torn.csv: line 32: found 4 fields" in made.stderr
+    assert "skipped: torn.csv: line 32: found 4 fields" in made.stderr
     assert (lab / "test_2" / "run.toml").is_file()
 
 

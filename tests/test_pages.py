@@ -352,7 +352,7 @@ def test_clean_up_tells_every_change():
     page = stage(CleanUp(changes=(change,), left_out=("temperature",)), "clean_up")
     assert page.sentence == "normal_force: 12 masked"
     assert table(page, "changes") == (("normal force", "mask", "1,200", "12 masked", change.why),)
-    assert facts_of(page, "") == {"left out": "temperature"}
+    assert facts_of(page, "") == {"excluded": "temperature"}
     assert stage(CleanUp(), "clean_up").sentence == "nothing to do"
 
 
@@ -556,7 +556,7 @@ def test_study_page_tells_verdicts_and_all_else():
     ]
     assert page.sentences == (
         "a: AIC favors Archard's law (AIC of Sarkar's law minus that of Archard's: +18.0)",
-        "left out: c (marked bad)",
+        "excluded: c (marked bad)",
         "note: one run only",
     )
 

@@ -102,19 +102,19 @@ def test_reader_by_name(installed):
 
 def test_broken_plugin_is_left_out_with_a_warning(installed):
     installed(broken="no_such_package:Reader")
-    with pytest.warns(UserWarning, match="'broken' left out.*no_such_package"):
+    with pytest.warns(UserWarning, match="'broken' skipped.*no_such_package"):
         assert list(registry.readers()) == ["delimited", "ducom-winducom"]
 
 
 def test_plugin_that_is_no_reader_is_left_out_with_a_warning(installed):
     installed(nothing=here(NoReader))
-    with pytest.warns(UserWarning, match="'nothing' left out.*has no name, title, holds, match or read"):
+    with pytest.warns(UserWarning, match="'nothing' skipped.*has no name, title, holds, match or read"):
         assert "nothing" not in registry.readers()
 
 
 def test_plugin_cannot_take_the_name_of_a_built_in_reader(installed):
     installed(a_delimited=here(Impostor))
-    with pytest.warns(UserWarning, match="left out, since a reader 'delimited'"):
+    with pytest.warns(UserWarning, match="skipped, because a reader 'delimited'"):
         assert isinstance(registry.readers()["delimited"], DelimitedReader)
 
 

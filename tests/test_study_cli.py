@@ -120,8 +120,8 @@ def test_new_takes_the_runs_of_the_archive_but_for_bad_ones(run_cli, home):
     assert result.exit_code == 0, result.stderr
     study = load_toml(home / "study.toml", Study)
     assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
-    assert f"{AGAIN}: left out: marked bad: slipped" in result.stderr
-    assert f"{NO_END}: left out: missing: a post-test measurement of the pin" in result.stderr
+    assert f"{AGAIN}: excluded: marked bad: slipped" in result.stderr
+    assert f"{NO_END}: excluded: missing: a post-test measurement of the pin" in result.stderr
 
 
 def test_new_leaves_out_an_aborted_run_and_one_that_cannot_be_read(run_cli, runs, tmp_path):
@@ -135,8 +135,8 @@ def test_new_leaves_out_an_aborted_run_and_one_that_cannot_be_read(run_cli, runs
     (tmp_path / "lost" / "signals.csv").unlink()
     result = run_cli("study", "new", tmp_path, "--into", tmp_path)
     assert result.exit_code == 0, result.stderr
-    assert f"{AGAIN}: left out: aborted: 49.96 m of the planned 100 m" in result.stderr
-    assert "lost: left out: " in result.stderr
+    assert f"{AGAIN}: excluded: aborted: 49.96 m of the planned 100 m" in result.stderr
+    assert "lost: excluded: " in result.stderr
     study = load_toml(tmp_path / "study.toml", Study)
     assert (study.fit, study.predict) == ((LIGHT,), (HEAVY,))
 
@@ -242,7 +242,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     run_cli("mark-bad", AGAIN, "--reason", "the pin slipped", cwd=evaluated)
     result = run_cli("study", "run", "study.toml", "--no-figures", "--json", cwd=evaluated)
     assert result.exit_code == 0
-    assert f"left out: {AGAIN} (marked bad: the pin slipped)\n" in result.stderr
+    assert f"excluded: {AGAIN} (marked bad: the pin slipped)\n" in result.stderr
     assert f"{AGAIN}: Archard's law" not in result.stderr
     told = json.loads(result.stdout)
     assert told["left_out"] == [{"id": AGAIN, "reason": "marked bad: the pin slipped"}]
@@ -250,7 +250,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     assert f"note: k_D is identified from one run, {LIGHT}" in result.output
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=evaluated)
-    assert "left out" not in again.output
+    assert "excluded" not in again.output
     assert f"{AGAIN}: Archard's law agrees with" in again.output
 
 

@@ -71,11 +71,11 @@ class Plugins(Mapping[str, T], Generic[T]):
             try:
                 plugin = self._load(entry)
             except Exception as error:  # noqa: BLE001 - somebody else's code may raise anything
-                why = f"{self._what} {entry.name!r} left out: {entry.value} cannot be loaded ({error!r})"
+                why = f"{self._what} {entry.name!r} skipped: {entry.value} cannot be loaded ({error!r})"
                 warnings.warn(why, stacklevel=2)
                 continue
             if (name := self._name_of(plugin)) in found:
-                why = f"{entry.value}: left out, since a {self._what} {name!r} is installed already"
+                why = f"{entry.value}: skipped, because a {self._what} {name!r} is already installed"
                 warnings.warn(why, stacklevel=2)
             else:
                 found[name] = plugin

@@ -52,11 +52,16 @@ def umeshmotion(
     ] = None,
     speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
     until: Annotated[
-        str | None, typer.Option(help='Sliding distance to simulate, "500 m", or rotations of the crowned disc, "1e6".')
+        str | None,
+        typer.Option(
+            help='Sliding distance to simulate, such as "500 m", or rotations of the crowned disc, such as "1e6".'
+        ),
     ] = None,
     element_size: Annotated[
         str | None,
-        typer.Option(help='Mesh size in the contact, "1 um"; default: a tenth of the radius of the unworn contact.'),
+        typer.Option(
+            help='Mesh size in the contact, such as "1 um"; default: a tenth of the radius of the unworn contact.'
+        ),
     ] = None,
     jtyp: Annotated[
         Literal["0", "1", "none"],

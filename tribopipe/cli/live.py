@@ -35,16 +35,24 @@ def live(
     to: Annotated[
         str | None, typer.Option("--to", help="Planned end, such as '500 m'; overrides conditions.sliding_distance.")
     ] = None,
-    drift: Annotated[str | None, typer.Option("--drift", help="Drift of the sensor if known: '0 +- 5 nm/min'.")] = None,
+    drift: Annotated[
+        str | None, typer.Option("--drift", help="Drift of the sensor if known, such as '0 +- 5 nm/min'.")
+    ] = None,
     disc_wear: Annotated[
         str | None,
-        typer.Option("--disc-wear", help="Wear of the disc expected at the planned end: '0.15 +- 0.1 um'."),
+        typer.Option("--disc-wear", help="Wear of the disc expected at the planned end, such as '0.15 +- 0.1 um'."),
     ] = None,
     drift_from: Annotated[
-        Path | None, typer.Option("--drift-from", help="Archive with earlier runs on this instrument, for its drift.")
+        Path | None,
+        typer.Option(
+            "--drift-from", help="Archive of earlier runs on this instrument, from which its drift is estimated."
+        ),
     ] = None,
     wear_from: Annotated[
-        Path | None, typer.Option("--wear-from", help="Archive with earlier runs of the same bodies, for their k_D.")
+        Path | None,
+        typer.Option(
+            "--wear-from", help="Archive of earlier runs of the same bodies, from which their k_D is estimated."
+        ),
     ] = None,
     every: Annotated[float, typer.Option("--every", help="Time between updates, s.", min=0.1)] = 5.0,
     until_still: Annotated[
@@ -54,7 +62,7 @@ def live(
     figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, such as live.svg.")] = None,
     as_json: Annotated[
         bool,
-        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document per line for each update."),
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one line of JSON per update."),
     ] = False,
 ) -> None:
     """Follow a test while it runs: k_D so far, and warnings.

@@ -86,7 +86,9 @@ def local_wear(
     ] = "implicit",
     at: Annotated[
         list[str] | None,
-        typer.Option(help='Sliding distance to wear to, "500 m", or rotations of discs, "1e6"; may be repeated.'),
+        typer.Option(
+            help='Sliding distance to simulate, such as "500 m", or rotations of discs, such as "1e6"; may be repeated.'
+        ),
     ] = None,
     steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps per decade.")] = 16,
     update_mesh_every: Annotated[

@@ -119,7 +119,7 @@ def new(
     for one in made:
         _tell(one)
     for file in left_out:
-        say(f"left out: {file.file}: {file.why}")
+        say(f"skipped: {file.file}: {file.why}")
     if as_json:
         documents = [_document(one) for one in made]
         outside = [{"file": file.file, "why": file.why} for file in left_out]

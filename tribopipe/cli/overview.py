@@ -222,9 +222,9 @@ def show_study_overview(result: StudyResult, archived: bool = True) -> None:
         _show_law(law, _rows_per_law(len(result.laws)))
     print_result("")
     for one in result.left_out[:_LEFT_OUT]:
-        print_result(f"left out: {one.id} ({one.reason})")
+        print_result(f"excluded: {one.id} ({one.reason})")
     if len(result.left_out) > _LEFT_OUT:
-        print_result(f"and {len(result.left_out) - _LEFT_OUT} more left out")
+        print_result(f"and {len(result.left_out) - _LEFT_OUT} more runs excluded")
     verdicts = [run for law in result.laws for run in law.runs]
     warned = by_kind((run.id, one) for run in verdicts for one in run.findings if one.severity != "note")
     for line in short_lines(warned, line_width(), _PROBLEMS):

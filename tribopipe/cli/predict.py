@@ -84,20 +84,25 @@ def predict(
     scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
     steps: Annotated[
         int | None,
-        typer.Option(min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation."),
+        typer.Option(
+            min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation for twin discs."
+        ),
     ] = None,
     friction: Annotated[
         str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
     ] = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(help='Sliding distance to predict at, "500 m", or rotations of discs, "1e6"; may be repeated.'),
+        typer.Option(
+            help='Sliding distance to predict at, such as "500 m", or rotations of discs, such as "1e6"; may be '
+            "repeated."
+        ),
     ] = None,
     depth: Annotated[
         list[str] | None,
-        typer.Option(help='Wear depth at which to calculate the sliding distance, "30 um"; may be repeated.'),
+        typer.Option(help='Wear depth at which to calculate the sliding distance, such as "30 um"; may be repeated.'),
     ] = None,
-    load: Annotated[str | None, typer.Option(help='Different normal load, "400 mN".')] = None,
+    load: Annotated[str | None, typer.Option(help='Different normal load, such as "400 mN".')] = None,
     speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
     source: Annotated[
         list[str] | None,
@@ -111,10 +116,10 @@ def predict(
             autocompletion=archived_ids,
         ),
     ] = None,
-    radius: Annotated[str | None, typer.Option(help='Different pin radius, "2 mm".')] = None,
-    slip: Annotated[str | None, typer.Option(help='Different slip for twin discs, "10 %".')] = None,
+    radius: Annotated[str | None, typer.Option(help='Different pin radius, such as "2 mm".')] = None,
+    slip: Annotated[str | None, typer.Option(help='Different slip for twin discs, such as "10 %".')] = None,
     crown_radius: Annotated[
-        str | None, typer.Option(help='Different crown radius of the crowned disc, "8 mm".')
+        str | None, typer.Option(help='Different crown radius of the crowned disc, such as "8 mm".')
     ] = None,
     distance: Annotated[
         DistanceConvention | None,

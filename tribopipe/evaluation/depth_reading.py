@@ -195,7 +195,7 @@ def pin_reading(
     samples
         Its depth reading.
     end
-        What was measured after the test; none where the sensor alone has to show it.
+        What was measured after the test; None if the sensor alone has to show it.
     recipe
         Default uncertainties, and the prior of the drift.
     pin

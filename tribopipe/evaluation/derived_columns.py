@@ -76,7 +76,7 @@ def _derive_time(columns: Columns, origins: Origins, manifest: RunManifest) -> N
 
 
 def _speed(columns: Columns, manifest: RunManifest, samples: int) -> tuple[Column | None, Origin]:
-    """Return the sliding speed at each sample, measured or nominal; none where it is not known."""
+    """Return the sliding speed at each sample, measured or nominal; None if it is unknown."""
     if "sliding_speed" in columns:
         return columns["sliding_speed"], "derived from measured speed"
     nominal = manifest.conditions.nominal_speed

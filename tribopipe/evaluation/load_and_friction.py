@@ -33,7 +33,7 @@ def load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
 
 
 def recorded_load(run: RawRun) -> Quantity | None:
-    """Return the mean of the recorded load over the sliding distance, N; none where none was recorded that presses.
+    """Return the mean of the recorded load over the sliding distance, N; None if none was recorded that presses.
 
     Its standard uncertainty is that of the channel's noise alone, by the differences of successive samples: what varies
     more slowly has really pressed.

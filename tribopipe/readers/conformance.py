@@ -129,7 +129,11 @@ class _Inquiry:
             self.report("found no reader; expected name, title, holds, match and read", "protocol")
             return False
         name, title = str(self.reader.name), str(self.reader.title)
-        self.require(bool(_NAME.fullmatch(name)), f"name {name!r} is not made of a-z, 0-9 and single -", "name")
+        self.require(
+            bool(_NAME.fullmatch(name)),
+            f"name {name!r} contains characters other than a-z, 0-9 and single hyphens",
+            "name",
+        )
         one_line = title.strip() == title != "" and "\n" not in title
         self.require(one_line, f"title {title!r} is not one line", "title")
         self.require(self.reader.holds in get_args(Holds), f"holds {self.reader.holds!r} is unknown", "holds")

@@ -175,7 +175,7 @@ def _draw_lines(ax: "Axes", panel: Panel) -> None:
     for limit in limits:
         ax.axhline(limit, color=GREY, ls=(0, (5, 1.6)), lw=0.8)
     if panel.left_out is not None:
-        ax.axvspan(*panel.left_out, color=ORANGE, alpha=0.25, lw=0, label="left out")
+        ax.axvspan(*panel.left_out, color=ORANGE, alpha=0.25, lw=0, label="excluded")
 
 
 def _draw_marks(ax: "Axes", marks: Sequence[Mark], power: int) -> None:

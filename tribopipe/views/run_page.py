@@ -84,7 +84,7 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
         "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
         (
             *facts(*((f"{spoken(name)}, recalculated", origin) for name, origin in result.derived.items())),
-            *facts(("left out", listed(map(spoken, result.left_out)))),
+            *facts(("excluded", listed(map(spoken, result.left_out)))),
         ),
         tables=(TextTable("changes", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
     )

@@ -49,7 +49,7 @@ def _sentences(result: StudyResult) -> Iterator[str]:
         else:
             yield f"{run_id}: AIC does not discriminate between the laws ({difference})"
     for left_out in result.left_out:
-        yield f"left out: {left_out.id} ({left_out.reason})"
+        yield f"excluded: {left_out.id} ({left_out.reason})"
     for note in result.notes:
         yield f"note: {note}"
 

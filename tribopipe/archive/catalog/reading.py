@@ -95,7 +95,7 @@ def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
         for run in law.runs:
             yield run.id, f"{law_label(law.model)} in {study_id}: {AGREEMENT[run.outcome]}"
     for left_out in result.left_out:
-        yield left_out.id, f"left out of {study_id}"
+        yield left_out.id, f"excluded from {study_id}"
 
 
 def _ends(entry: h5py.Group, manifest: RunManifest, *, evaluated: bool) -> dict[str, float]:

@@ -68,7 +68,7 @@ def conditions_change(run: RawRun) -> Iterator[Trouble]:
 
 
 def levels_of(values: Column) -> Levels | None:
-    """Return the levels between which a channel steps, above zero; none where it holds one, drifts, or is too short."""
+    """Return the levels between which a channel steps, above zero; None if it holds one, drifts, or is too short."""
     size = max(_FEWEST_SAMPLES, -(-len(values) // _WINDOWS))
     count = len(values) // size
     if count < 2 * _PLATEAU + _GAP:
@@ -237,7 +237,7 @@ class _Strokes(NamedTuple):
 
 
 def _strokes_in(run: RawRun) -> _Strokes | None:
-    """Find strokes in the friction force or coefficient, as measured; none where they have no sign, or it is steady."""
+    """Find strokes in the friction force or coefficient, as measured; None if they have no sign, or it is steady."""
     names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
     for name in names:
         if name in run.columns and (strokes := whole_strokes(run.columns[name])):

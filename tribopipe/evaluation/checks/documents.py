@@ -222,7 +222,7 @@ def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
 
 
 def _inputs(manifest: RunManifest) -> dict[str, Any]:
-    """Return what a wear coefficient depends on, by its key; none where it is not stated."""
+    """Return what a wear coefficient depends on, by its key; None if it is not stated."""
     conditions, found = manifest.conditions, {"conditions.normal_load": manifest.conditions.normal_load}
     if manifest.contact is None:
         return found

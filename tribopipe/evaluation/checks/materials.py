@@ -24,7 +24,7 @@ class MaterialClass(NamedTuple):
     density: Range
     """g/cm³."""
     hardness: Range | None = None
-    """Vickers hardness HV; none where it has no meaning."""
+    """Vickers hardness HV; None if it has no meaning."""
 
 
 _STEEL = (
@@ -81,7 +81,7 @@ class Expected(NamedTuple):
 
 
 def expected_of(material: str) -> Expected | None:
-    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; none for an unknown name."""
+    """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; None for an unknown name."""
     name = material.translate(_SUBSCRIPTS).lower()
     found = [one for one in CLASSES if re.search(one.names, name)]
     if not found:

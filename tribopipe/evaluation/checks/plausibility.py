@@ -30,7 +30,8 @@ _SAME = 0.01
 _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
 _ELASTIC = 0.05
-"""Share of the volume under a scar that is elastic deflection, from which on it is named, if V is known as well."""
+"""Fraction of the wear volume calculated from a scar that is due to elastic deflection and above which it is reported,
+if it exceeds the uncertainty of the volume."""
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _BALLS = (
@@ -362,11 +363,11 @@ def _start_width(run: RawRun) -> float:
 
 @check("warning")
 def elastic_scar(run: RawRun) -> Iterator[Trouble]:
-    """Find a scar not much wider than the contact without wear, under which elastic deflection counts as wear.
+    """Find a scar not much wider than the unworn contact, for which elastic deflection is counted as wear.
 
     A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
-    without wear, (a_H/a)³ of the volume under the scar is deflection; local wear gives the same within 4 % of that
-    volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)².
+    without wear, (a_H/a)³ of the calculated wear volume is due to elastic deflection; local wear gives the same within
+    4 % of that volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)².
     """
     pin = run.manifest.pin
     if pin is None or not (pin.line or pin.shape == "spherical"):
@@ -378,10 +379,10 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
             continue
         yield Trouble(
             f"end_values.{name}",
-            f"found {scar.shown('um')}, where the elastic contact without wear is {show(start, None, 'm', 'um')} wide: "
-            f"about {100 * share:.0f} % of the volume under the scar is elastic deflection; expected a scar at least "
-            f"{_ELASTIC ** (-1 / power):.1f} times as wide",
-            "treat volume and k_D as too large by about this share; state a profile or a wear depth instead, or run a "
+            f"found {scar.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: about "
+            f"{100 * share:.0f} % of the wear volume calculated from the scar is due to elastic deflection; expected a "
+            f"scar at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
+            "volume and k_D are too large by about this fraction; enter a profile or a wear depth instead, or run a "
             "longer test",
         )
 

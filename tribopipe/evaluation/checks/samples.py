@@ -451,12 +451,12 @@ def _misread_size(run: RawRun, rise: float) -> str:
 
 
 def _worn_radius(manifest: RunManifest) -> tuple[str, Quantity | None]:
-    """Return the radius that is worn flat, and what it is called; none where the bodies are not described."""
+    """Return the radius that is worn flat, and what it is called; None if the bodies are not described."""
     return ("pin radius", None) if manifest.contact is None else manifest.contact.worn_radius
 
 
 def _lost(run: RawRun) -> Quantity | None:
-    """Return the depth that both bodies have lost at the end, m; none where that was not measured."""
+    """Return the depth that both bodies have lost at the end, m; None if that was not measured."""
     end = run.manifest.end_values
     if run.manifest.pin is not None:
         try:
@@ -470,7 +470,7 @@ def _lost(run: RawRun) -> Quantity | None:
 
 
 def broken_off(run: RawRun) -> str | None:
-    """Report how far a test went that ended before its planned end; none where it did not."""
+    """Report how far a test went that ended before its planned end; None if it did not."""
     progress, planned = run.manifest.progress, run.manifest.planned
     axis = _joined(run, progress.signal)
     reached = float(axis[-1]) if len(axis) else 0.0

@@ -109,7 +109,7 @@ def _spread(way: BodyWear) -> float:
 
 
 def _by_pair(pair: WornPair) -> BodyWear:
-    """Return depth and volume, as far as the reading gives them; none where it states that the disc has grown."""
+    """Return depth and volume, as far as the reading gives them; None if it states that the disc has grown."""
     name, quantity = pair.disc.name, pair.disc.quantity
     way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
     if name in VOLUMES and quantity.value <= 0:

@@ -19,7 +19,7 @@ class Measurements(NamedTuple):
     worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
     """Depth and volume of each body at an interruption, or at the end."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
-    """The wear at the end as a displacement sensor has seen it; none where it is unknown."""
+    """The wear at the end as a displacement sensor has seen it; None if it is unknown."""
     needed: str
     """Measurement required for that."""
 

@@ -73,7 +73,7 @@ def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
 
 
 def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> EndWear | None:
-    """Return the wear measured at the end of a run or in between; none where nothing was measured on the pin.
+    """Return the wear measured at the end of a run or in between; None if nothing was measured on the pin.
 
     Of several things measured on the pin the one is used that gives its depth most certainly; of the disc the most
     certain depth, a measured one before one that follows from the shape of the groove.

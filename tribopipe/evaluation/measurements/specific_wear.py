@@ -166,7 +166,7 @@ def _interval_rate(value: float, own: float, common: float) -> Quantity:
 
 
 def _steady(points: Sequence[_Lost], path: Column) -> _Line | None:
-    """Return the slope after running-in; none where the measurements state no uncertainty and do not scatter."""
+    """Return the slope after running-in; None if the measurements state no uncertainty and do not scatter."""
     volume, own = np.array([point.volume for point in points]), np.array([point.own for point in points])
     own[0] = own[1]  # before the test it was measured in the same way
     if not np.all(own > 0):

@@ -89,7 +89,7 @@ class Level:
 
 
 def worn_area(profile: Profile, crown_radius: float | None) -> Track:
-    """Return the track that wear has left across a surface of this radius, m; none for a flat one.
+    """Return the track that wear has left across a surface of this radius, m; None for a flat one.
 
     The radius is that of a disc's crown across the track, or of a ball, of which the track is the flat worn on it: its
     width is the diameter of the scar, if the profile leads through its middle.
@@ -134,7 +134,7 @@ def examined(profile: Profile, crown_radius: float | None) -> Track | Level:
 
 
 def reference_radius(manifest: RunManifest, key: str) -> Quantity | None:
-    """Return the radius of the unworn surface that a profile leads across, by its key; none where that is flat."""
+    """Return the radius of the unworn surface that a profile leads across, by its key; None if that is flat."""
     round_surfaces = {} if manifest.contact is None else manifest.contact.round_surfaces
     return next((radius for role, radius in round_surfaces.items() if f".{role}_profile" in key), None)
 

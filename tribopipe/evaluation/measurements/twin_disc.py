@@ -33,7 +33,7 @@ class DiscMeasurement:
     quantity: Quantity
     source: Source
     interruption: int | None = None
-    """Number of the interruption it was measured in; none for the end."""
+    """Number of the interruption it was measured in; None for the end."""
 
     @property
     def name(self) -> str:

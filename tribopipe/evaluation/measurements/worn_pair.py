@@ -48,7 +48,7 @@ class SlidingPath:
 
     @classmethod
     def of(cls, conditions: Conditions, defaults: DefaultUncertainty) -> "SlidingPath | None":
-        """Return the path that run.toml describes; none where it does not."""
+        """Return the path that run.toml describes; None if it does not."""
         length = conditions.stroke or conditions.track_radius
         if length is None:
             return None
@@ -247,7 +247,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class BodyWear:
-    """Depth and volume that one body has lost, by one way of measuring; none where it cannot be found so."""
+    """Depth and volume that one body has lost, by one way of measuring; None if it cannot be found so."""
 
     name: str
     source: Source

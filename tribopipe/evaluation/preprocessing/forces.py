@@ -127,7 +127,7 @@ def _stated(bench: Bench, step: Zero) -> Selection:
 
 
 def _unloaded(bench: Bench) -> Selection | None:
-    """Find the level stretches without contact at either end of the run; none where the load does not show them."""
+    """Find the level stretches without contact at either end of the run; None if the load does not show them."""
     load = bench.measured("normal_force")
     if load is None or len(load) < 2 * _FEWEST:
         return None

@@ -121,7 +121,7 @@ def _between(before: tuple[float, float], after: tuple[float, float], wanted: fl
 
 
 def replicates(now: float, shared: float, scatter: float, wanted: float) -> int | None:
-    """Return how many tests like this one it takes; none where what they share is too much."""
+    """Return how many tests like this one it takes; None if what they share is too much."""
     room = wanted**2 - shared**2
     if room <= 0:
         return None

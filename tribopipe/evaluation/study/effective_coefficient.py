@@ -43,7 +43,7 @@ class EffectiveCoefficient:
 
 
 def effective_coefficient(run: PosedRun, seed: int = 1) -> EffectiveCoefficient | None:
-    """Return k_eff along a run; none where no friction was measured."""
+    """Return k_eff along a run; None if no friction was measured."""
     path = measured_path(run.member.corrected.run)
     if path is None:
         return None

@@ -132,7 +132,7 @@ class Shape:
         return Trend(p_value=float(chi2.sf(gain, 2)), amplitude=Quantity(value=amplitude, unit="m"))
 
     def change_point(self, seed: int = 1) -> ChangePoint | None:
-        """Look for the place after which another k_D holds; none where the run has too few stretches.
+        """Look for the place after which another k_D holds; None if the run has too few stretches.
 
         ``seed`` is that of the noise which the gain is held against.
         """
@@ -242,7 +242,7 @@ def life_of_pin(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLif
 
 
 def exponent(draws: RunDraws, comparison: Comparison, own: Column) -> Exponent | None:
-    """Return the local exponent of h(s) late in the run; none where the curve does not rise above zero there."""
+    """Return the local exponent of h(s) late in the run; None if the curve does not rise above zero there."""
     places = draws.run.places[:-1]
     late = places > _LATER_PART * places[-1]
     measured, drawn = comparison.measured[:-1][late], comparison.measured_draws[:, :-1][:, late]

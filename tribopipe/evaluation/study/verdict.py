@@ -277,7 +277,7 @@ _ITERATIONS = 40
 
 
 def end_of_life(depth: float, wanted: Column, effective: Callable[[Column], Column], unit: str) -> EndOfLife | None:
-    """Return where a run reaches a depth, m, for draws of k_D; none where k_D is rather zero.
+    """Return where a run reaches a depth, m, for draws of k_D; None if k_D is rather zero.
 
     ``wanted`` is the progress at which Archard's law would, not finite where it never would; ``effective`` gives the
     progress S(s) after which that law would have worn as much. S(s) = S* is solved by s ← s·S*/S(s): S(s)/s changes

@@ -62,7 +62,7 @@ def curve_fit(
 
 
 def _posed_whole(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe) -> DepthProblem | None:
-    """Return the fit by the whole reading; none where it would only be compared, and cannot be made."""
+    """Return the fit by the whole reading; None if it would only be compared, and cannot be made."""
     try:
         return depth_problem(problem, corrected, recipe)
     except FitError:

@@ -256,11 +256,11 @@ class DepthProblem(WearProblem):
 
     @property
     def measured_end_depth(self) -> Quantity | None:
-        """Pin wear depth at the end as measured, m; none where it was not."""
+        """Pin wear depth at the end as measured, m; None if it was not."""
         return self.end.pin_depth if self.measured_after else None
 
     def parameter_covariance(self, coefficient: float) -> Column | None:  # noqa: ARG002
-        """Return the covariance of ln k_D and the law's own parameters; none where it has none that are fitted."""
+        """Return the covariance of ln k_D and the law's own parameters; None if it has none that are fitted."""
         if not self.fitted_parameters:
             return None
         rng = np.random.Generator(np.random.PCG64(_SEED))

@@ -237,16 +237,16 @@ def _misfit(problem: DepthProblem) -> Finding:
     size = _size(problem)
     settles = posterior.settling_probability > _PROBABLE
     if posterior.thermal_probability > _PROBABLE:
-        follows = "follows the temperature and settles," if settles else "follows the temperature"
+        follows = "changes with temperature and settles" if settles else "changes with temperature"
         return _finding(
             "reading_follows_temperature",
-            f"the depth signal {follows} by {size} in addition to wear ({law}); the fit includes this",
+            f"in addition to wear, the depth signal {follows} by {size} ({law}); the fit includes this",
             "keep the room temperature steady, or let the rig warm up before the test",
         )
     if settles:
         return _finding(
             "reading_settles",
-            f"the depth signal settles exponentially by {size} in addition to wear ({law}); the fit includes this "
+            f"in addition to wear, the depth signal settles exponentially by {size} ({law}); the fit includes this "
             "settling",
             "let the rig warm up before the test, or record the temperature",
         )

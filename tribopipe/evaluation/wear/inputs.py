@@ -158,7 +158,7 @@ class LawFriction(NamedTuple):
 
 
 def law_friction(run: RawRun, law: LawName, fit: FrictionFit | None, source: FrictionSource) -> LawFriction | None:
-    """Return a run's friction as a law needs it; none where it needs some and the run has none."""
+    """Return a run's friction as a law needs it; None if it needs some and the run has none."""
     if not law_named(law).needs_friction:
         return LawFriction()
     path = run_path(run, fit, source)

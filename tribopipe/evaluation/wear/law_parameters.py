@@ -47,7 +47,7 @@ def _sought(problem: WearProblem) -> tuple[str, ...]:
 
 
 def _end(law: WearLaw, name: str) -> float | None:
-    """Return the end of where a parameter is sought that it stands at; none where it stands between them."""
+    """Return the end of where a parameter is sought that it stands at; None if it stands between them."""
     known, value = law.parameters()[name], law.values()[name]
     near = (end for end in (known.low, known.high) if abs(value - end) < _NEAR * law.scale_of(name, end))
     return next(near, None)

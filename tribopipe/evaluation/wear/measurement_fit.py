@@ -166,7 +166,7 @@ def _propagated(
 
 
 def correlation(covariance: Column) -> float | None:
-    """Return that of both k; none where one of them is exact."""
+    """Return that of both k; None if one of them is exact."""
     product = math.sqrt(covariance[0, 0] * covariance[1, 1])
     return float(covariance[0, 1]) / product if product > 0 else None
 
@@ -221,7 +221,7 @@ class VolumeFit:
         return best_values(self.inputs)
 
     def of(self, *bodies: str) -> "VolumeFit | None":
-        """Return the fit of some of the bodies only; none where it has none of them."""
+        """Return the fit of some of the bodies only; None if it has none of them."""
         kept = tuple(body for body in self.bodies if body in bodies)
         left = {_volume_of(body) for body in self.bodies if body not in kept}
         inputs = {name: given for name, given in self.inputs.items() if name not in left}

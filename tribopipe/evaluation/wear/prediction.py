@@ -72,7 +72,7 @@ def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: Friction
 def fitted_curves(
     run: RawRun, fit: WearFit, friction: FrictionFit | None = None, recipe: Recipe | None = None
 ) -> WearCurves | None:
-    """Return the fitted law along its run, with bands of what was fitted; none where nothing was, or along no run."""
+    """Return the fitted law along its run, with bands of what was fitted; None if nothing was, or along no run."""
     known = known_wear(fit)
     if known is None or not _along(fit):
         return None
@@ -207,7 +207,7 @@ def _time(scenario: Scenario, place: float, spread: float | None = None) -> Quan
 
 
 def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
-    """Return the parameters of the law that a prediction was made with; none where it has none."""
+    """Return the parameters of the law that a prediction was made with; None if it has none."""
     fitted = {one.name for one in scenario.known.parameters}
     given = given_parameters(scenario.law, scenario.recipe).items()
     stated = (LawValue(name=name, value=value, source="recipe") for name, value in given if name not in fitted)

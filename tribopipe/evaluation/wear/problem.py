@@ -220,7 +220,7 @@ class WearProblem:
         return _projected(rows, self.free)
 
     def friction_together(self) -> tuple[str, ...]:
-        """Return the inputs that the friction fit found, which are uncertain together; none where there is no fit."""
+        """Return the inputs that the friction fit found, which are uncertain together; None if there is no fit."""
         return () if self.friction_covariance is None else FRICTION_INPUTS
 
     def draw_noise(self, rng: Generator, count: int) -> Column:
@@ -311,7 +311,7 @@ class WearProblem:
         return values
 
     def parameter_covariance(self, coefficient: float) -> Column | None:
-        """Return the covariance of ln k_D and the law's own parameters; none where it has none that are fitted."""
+        """Return the covariance of ln k_D and the law's own parameters; None if it has none that are fitted."""
         return self.condensed().law_covariance(coefficient) if self.fitted_parameters else None
 
     def law_slopes(self, rows_of: "Callable[[WearProblem], Column]") -> Column:

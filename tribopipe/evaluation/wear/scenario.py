@@ -67,7 +67,7 @@ class KnownWear:
 
 
 def known_wear(fit: WearFit) -> KnownWear | None:
-    """Return k_D of a fit; none where nothing was fitted."""
+    """Return k_D of a fit; None if nothing was fitted."""
     if not fit.bodies:
         return None
     return KnownWear(

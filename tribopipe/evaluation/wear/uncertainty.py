@@ -19,7 +19,7 @@ from tribopipe.results.wear_fit import FRICTION_FIT, Contribution
 
 NOISE = "noise of the depth signal"
 FrictionCovariance = tuple[tuple[float, ...], ...] | None
-"""Covariance of A, b and c, which are far from independent; none if friction is not from Eq. 7."""
+"""Covariance of A, b and c, which are far from independent; None if friction is not from Eq. 7."""
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:
