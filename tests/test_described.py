@@ -279,7 +279,10 @@ def with_calibration(held: str, column: str = "") -> str:
     [
         (HEAD, "columns: missing"),
         (HEAD + "[columns]\n", "columns: found"),
-        (LEAST.replace('"rig"', '"My Rig!"'), "name: found 'My Rig!'; expected up to 60 lowercase letters and digits"),
+        (
+            LEAST.replace('"rig"', '"My Rig!"'),
+            "name: found 'My Rig!'; expected at most 60 lowercase letters, digits and single hyphens",
+        ),
         (LEAST.replace('"time"', '"tme"'), "columns.t.signal: found 'tme'; expected"),
         (LEAST.replace('"s"', '"seconds since"'), "columns.t.unit: found 'seconds since', which is not a unit"),
         (LEAST + 'u = { signal = "time" }', "columns.u.signal: found 'time', as for 't'"),

@@ -55,7 +55,7 @@ for line in sys.stdin:
 def rows(setting: Setting) -> Iterator[Row]:
     """Yield the pairs; none where no earlier commit is given."""
     if setting.earlier is None:
-        print("(i) is left out: --earlier FOLDER names the work tree of an earlier commit", file=sys.stderr)
+        print("(i) is skipped: --earlier FOLDER names the work tree of an earlier commit", file=sys.stderr)
         return
     ours, peer = Fitting(HERE), Fitting(setting.earlier.resolve())
     both, work = partial(ours, _BOTH), "k_D of a run under both laws"

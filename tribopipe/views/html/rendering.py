@@ -273,10 +273,10 @@ def printed(document: str) -> bytes:
         try:
             done = subprocess.run(words, capture_output=True, timeout=_LONGEST, check=False)  # noqa: S603, none of a shell
         except subprocess.TimeoutExpired:
-            raise TribopipeError(f"report: {browser} took over {_LONGEST} s to print; leave out --pdf") from None
+            raise TribopipeError(f"report: {browser} took over {_LONGEST} s to print; omit --pdf") from None
         if not pdf.is_file():
             last = (done.stderr.decode("utf-8", "replace").splitlines() or ["no message"])[-1]
-            raise TribopipeError(f"report: {browser} printed nothing ({last}); leave out --pdf and print the HTML file")
+            raise TribopipeError(f"report: {browser} printed nothing ({last}); omit --pdf and print the HTML file")
         return pdf.read_bytes()
 
 
