@@ -159,9 +159,7 @@ def coverage(report: Report, options: argparse.Namespace) -> bool:
             told = [" ".join(share(count, done)[1:]) for count in counts]
             width, depth = widths[row]
             table.append([*kind, f"{100 * part:.0f} %", *told, f"±{100 * width:.3g} %", f"±{1e6 * depth:.3g} µm"])
-    report.say(
-        f"Share of {done} runs whose 95 % interval contains the true value (binomial 95 %), and its median half width."
-    )
+    report.say(f"Fraction of {done} runs whose 95 % interval contains the true value, and its median half width.")
     head = ["run", "known", "distance", "true k_D", "true depth at 500 m", "k_D", "depth at 500 m"]
     report.table(head, table)
     return sound

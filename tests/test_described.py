@@ -281,7 +281,7 @@ def with_calibration(held: str, column: str = "") -> str:
         (HEAD + "[columns]\n", "columns: found"),
         (
             LEAST.replace('"rig"', '"My Rig!"'),
-            "name: found 'My Rig!'; expected at most 60 lowercase letters, digits and single hyphens",
+            "name: found 'My Rig!'; expected at most 60 lowercase letters",
         ),
         (LEAST.replace('"time"', '"tme"'), "columns.t.signal: found 'tme'; expected"),
         (LEAST.replace('"s"', '"seconds since"'), "columns.t.unit: found 'seconds since', which is not a unit"),
