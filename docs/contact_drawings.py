@@ -18,7 +18,7 @@ _SIZE = (4.6, 2.9)
 
 @styled
 def draw_reciprocating() -> Figure:
-    """Draw a ball that slides there and back in its groove, from the side."""
+    """Draw a ball that slides back and forth in its groove, from the side."""
     figure, ax = _empty(_SIZE, (-4.2, 4.2), (-1.6, 3.6))
     ax.add_patch(Rectangle((-4, -1.1), 8, 1.1, facecolor=_PALE, edgecolor=BLACK, lw=0.8))
     groove = np.linspace(-2.4, 2.4, 200)

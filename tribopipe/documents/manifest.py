@@ -157,7 +157,7 @@ class Conditions(Record):
 
     @property
     def cycle(self) -> float | None:
-        """Sliding distance of one revolution, or of one stroke there and back, m; None if neither is known."""
+        """Sliding distance of one revolution or one reciprocating cycle, m; None if neither is known."""
         if self.track_radius is not None:
             return 2 * math.pi * self.track_radius.value
         return None if self.stroke is None else 2 * self.stroke.value
@@ -166,7 +166,7 @@ class Conditions(Record):
     def path(self) -> Quantity | None:
         """Sliding distance between two passages of a pin at one place of its track, m; None if it is unknown.
 
-        It is once around the circle; there and back the pin passes twice, on average after one stroke.
+        It is once around the circle; a reciprocating pin passes twice per cycle, on average after one stroke.
         """
         if self.track_radius is None:
             return self.stroke

@@ -1,7 +1,7 @@
 """A pin or ball on a flat counterbody, as run.toml describes it.
 
-The counterbody is a disc that rotates or goes there and back (ASTM G99), or a flat on which the pin slides there and
-back (ASTM G133).
+The counterbody is a disc that rotates or reciprocates (ASTM G99), or a flat on which the pin slides back and forth
+(ASTM G133).
 """
 
 from typing import Any, ClassVar, Literal
@@ -24,7 +24,7 @@ class PinOnDisc(SlidingPin):
 
 
 class Reciprocating(SlidingPin):
-    """A pin or ball that slides there and back on a flat."""
+    """A pin or ball that slides back and forth on a flat."""
 
     kind: Literal["reciprocating"]
     """Type of tribometer."""

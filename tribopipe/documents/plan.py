@@ -149,7 +149,7 @@ class Series(AnySeries):
     sliding_distance: Distance
     """Sliding distance of each run."""
     stroke: Length | None = None
-    """Length of one stroke of a pin that slides there and back."""
+    """Stroke length of a reciprocating pin."""
     track_radius: Length | None = None
     """Radius of the circle on which a pin slides on a disc; needed where the disc has a k_D."""
     sensors: Sensors = Sensors()
