@@ -44,7 +44,7 @@ def test_depth_of_a_pin_stands_beside_the_giwm_and_their_difference():
     np.testing.assert_allclose(line(depth, "local").get_ydata(), 1e6 * curves.course.depth)
     np.testing.assert_allclose(line(depth, "GIWM").get_ydata(), 1e6 * curves.giwm["giwm"].depth)
     np.testing.assert_allclose(line(pressure, "local").get_ydata(), 1e-6 * curves.mean_pressure)
-    np.testing.assert_allclose(line(pressure, "local, in the middle").get_ydata(), 1e-6 * curves.middle_pressure)
+    np.testing.assert_allclose(line(pressure, "local, at the center").get_ydata(), 1e-6 * curves.middle_pressure)
     np.testing.assert_allclose(line(radius, "local").get_ydata(), 1e6 * curves.course.half_width)
     shares = difference.lines[0].get_ydata()
     assert shares[0] > 40
@@ -78,7 +78,7 @@ def test_discs_have_the_four_panels_of_figure_9():
         "half width $a_x$ / µm",
         "half length $a_z$ / µm",
     ]
-    assert labels(figure) == ["local", "GIWM", "GIWM, Eq. 11 as published", "local, in the middle"]
+    assert labels(figure) == ["local", "GIWM", "GIWM, Eq. 11 as published", "local, at the center"]
     for ax, values in zip(figure.axes, (curves.course.depth * 1e6, curves.mean_pressure * 1e-6), strict=False):
         np.testing.assert_allclose(line(ax, "local").get_ydata(), values)
     printed, conserving = (curves.giwm[name].depth[-1] for name in ("giwm_as_printed", "giwm"))

@@ -314,7 +314,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     assert narrow.columns == ("input", "value", "source", "contribution", "share of variance")
     assert narrow.rows[0] == ("normal load", "200.0 ± 2.0 mN", "run.toml", "1.00 %", "99.4 %")
     first, second = table(page, "k_D of the pin: Monte Carlo and first-order")
-    assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws (not converged)", "they do not agree", "")
+    assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws (not converged)", "do not agree", "")
     reading, measured, reported, apart = table(page, "k_D of the pin from depth signal and measurement")
     assert reading == ("depth signal alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
     assert (measured[1], reported[1:]) == (reported[1], ("(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)", "measurement"))

@@ -99,4 +99,4 @@ async def _archive_failure(_: Request, error: Exception) -> Response:
 async def _file_failure(_: Request, error: Exception) -> Response:
     status, name = 404 if isinstance(error, FileNotFoundError) else 422, getattr(error, "filename", None)
     why = getattr(error, "strerror", None) or error
-    return failure(status, f"{name}: cannot be read ({why}); expected a file of the archive; go back to the table")
+    return failure(status, f"{name}: cannot be read ({why}); expected a file in the archive; go back to the table")

@@ -203,5 +203,5 @@ def inside(folder: Path, relative: str) -> Path:
         if found is not None and found.is_relative_to(folder.resolve()) and found.is_file():
             return found
     raise HTTPException(
-        404, f"found no {relative!r} in {folder}; expected a file of this folder; check whether it was moved"
+        404, f"found no {relative!r} in {folder}; expected a file in this folder; check whether it was moved"
     )

@@ -81,7 +81,7 @@ def _opened(folder: Path, file: str) -> Iterator[h5py.File]:
     """Open a file of the archive; whatever cannot be read of it is a sentence."""
     path = inside(folder, file)
     if path.suffix != SUFFIX:
-        raise HTTPException(404, f"found {file!r}; expected an HDF5 file of the archive; choose one ending in {SUFFIX}")
+        raise HTTPException(404, f"found {file!r}; expected an HDF5 file in the archive; choose one ending in {SUFFIX}")
     try:
         with h5py.File(path, "r", locking=False) as opened:
             yield opened

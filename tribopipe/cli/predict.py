@@ -72,7 +72,9 @@ class _Asked:
 
 def predict(
     ids: RunIds = None,
-    run: Annotated[Path | None, typer.Option("--run", help="Run folder to predict without an archive.")] = None,
+    run: Annotated[
+        Path | None, typer.Option("--run", help="Run folder to use for the prediction, without an archive.")
+    ] = None,
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
@@ -112,7 +114,7 @@ def predict(
         list[str] | None,
         typer.Option(
             "--onto",
-            help="Archived run to predict and compare with its measurement; may be repeated.",
+            help="Archived run whose wear is predicted and compared with the measurement; may be repeated.",
             autocompletion=archived_ids,
         ),
     ] = None,
@@ -177,7 +179,9 @@ def _predict_onto(
     as_json: bool,
 ) -> None:
     if not source or not target or beside:
-        raise typer.BadParameter("specify only runs to fit with --from ID and runs to predict with --onto ID")
+        raise typer.BadParameter(
+            "specify only the runs to fit, with --from ID, and the runs to compare with the prediction, with --onto ID"
+        )
     show_together(load_archive(folder), source, target, law, recipe, verbose=verbose, as_json=as_json)
 
 

@@ -42,7 +42,7 @@ study_app = typer.Typer(
 
 @study_app.command("new")
 def new(
-    paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; default: the runs of the archive.")] = None,
+    paths: Annotated[list[Path] | None, typer.Argument(help="Run folders; default: all runs in the archive.")] = None,
     into: Annotated[Path, typer.Option("--into", help="Output folder.")] = Path(),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Replace = False,

@@ -234,7 +234,7 @@ class SignalFile(Record):
     files: tuple[FileName, ...] = ()
     """Consecutive files of one test, in order, instead of file: one per stroke or step."""
     reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
-    """Format, such as "delimited" or "ducom-winducom", or the file of the run folder that describes it, such as
+    """Format, such as "delimited" or "ducom-winducom", or the file in the run folder that describes it, such as
     "our-rig.toml"; default: detected."""
     encoding: str | None = None
     """Text encoding, such as "cp1252" or "shift_jis"; default: detected."""
@@ -279,7 +279,7 @@ class ProfileSource(Record):
     file: FileName
     """Name of the file, relative to run.toml."""
     reader: Annotated[str, AfterValidator(_named_or_described)] | None = None
-    """Format, such as "dektak" or "points", or the file of the run folder that describes it, such as "our-rig.toml";
+    """Format, such as "dektak" or "points", or the file in the run folder that describes it, such as "our-rig.toml";
     default: detected."""
     position: Source | None = None
     """Column of the position across the track, if the format does not state it."""

@@ -27,9 +27,9 @@ class Predictions(Record):
     """
 
     run: RunId | None = None
-    """Archived run to predict."""
+    """Archived run whose wear is predicted."""
     folder: str | None = None
-    """Run folder to predict instead, next to this document."""
+    """Run folder to use instead, next to this document."""
     wear_coefficient: WearCoefficient | None = None
     """k_D of the pin, or of the crowned disc; default: from the archived fit with this law."""
     flat_wear_coefficient: WearCoefficient | None = None

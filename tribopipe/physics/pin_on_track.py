@@ -41,7 +41,7 @@ class WornContact:
     """Shape of a worn pin and of the groove it has worn; lengths in m, areas in m², volumes in m³."""
 
     pin_depth: Array
-    """Height lost by the lowest point of the unworn pin, in the middle of the scar."""
+    """Height lost by the lowest point of the unworn pin, at the center of the scar."""
     groove_depth: Array
     """Wear depth in the middle of the groove."""
     half_width: Array
@@ -363,7 +363,7 @@ def volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
     Parameters
     ----------
     depth_ratio
-        Depth of the groove over wear depth of the pin, both in the middle of the contact; any shape.
+        Depth of the groove over wear depth of the pin, both at the center of the contact; any shape.
 
     Returns
     -------

@@ -21,7 +21,7 @@ class LocalPoint(Record):
     peak_pressure: Quantity
     """Largest contact pressure; in a worn contact it is at the edge, and depends on the grid."""
     middle_pressure: Quantity
-    """Contact pressure in the middle."""
+    """Contact pressure at the center."""
     mean_pressure: Quantity
     """Normal load over the area in contact."""
     giwm_depth: Quantity
@@ -164,5 +164,5 @@ class LocalCurves:
 
     @property
     def middle_pressure(self) -> Column:
-        """Contact pressure in the middle, Pa."""
+        """Contact pressure at the center, Pa."""
         return self.course.middle_pressure

@@ -42,7 +42,7 @@ class PredictedBody(Record):
     """Wear of one body at one position."""
 
     wear_depth: Quantity
-    """Wear depth in the middle of the contact."""
+    """Wear depth at the center of the contact."""
     wear_depth_edge: Quantity | None = None
     """Wear depth at the two sides of a flat pin, outside the groove; only for flat pins."""
     wear_volume: Quantity | None = None

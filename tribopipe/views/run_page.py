@@ -167,7 +167,7 @@ def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
                 for name, body in bodies.items()
                 if body.steady_rate is not None
             ),
-            ("wear rate of both", shown(result.total, SPECIFIC_WEAR_RATE)),
+            ("wear rate of both bodies", shown(result.total, SPECIFIC_WEAR_RATE)),
             *((f"wear volume of the {name}", _found_by(body.volume, body.volume_by)) for name, body in bodies.items()),
             *((f"wear depth of the {name}", _found_by(body.depth, body.depth_by)) for name, body in bodies.items()),
             ("sliding distance", shown(result.sliding_distance, "m")),

@@ -325,7 +325,7 @@ def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder
     for label, unit, what in _COURSE:
         named = {name: f"{model}{what}" for name, model in _MODELS.items()}
         if what == "pressure":
-            named |= {"local": "mean_pressure", "local, in the middle": "middle_pressure"}
+            named |= {"local": "mean_pressure", "local, at the center": "middle_pressure"}
             named |= {"local, peak": "peak_pressure"}
         curves = []
         for number, (name, column) in enumerate(named.items()):

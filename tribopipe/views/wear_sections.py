@@ -150,7 +150,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
     )
 
 
-_LOCAL = ("wear depth", "with the GIWM", "difference", "peak pressure", "in the middle", "on average")
+_LOCAL = ("wear depth", "with the GIWM", "difference", "peak pressure", "at the center", "on average")
 
 
 def _local_cells(one: LocalPinPoint | LocalDiscPoint) -> tuple[str, ...]:
@@ -287,7 +287,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
     if (draws := body.monte_carlo) is not None:
         stable = "" if draws.stable else " (not converged)"
         mean = draws.mean.model_copy(update={"standard_uncertainty": draws.standard_uncertainty.value})
-        agrees = "they agree" if draws.agrees_with_first_order else "they do not agree"
+        agrees = "agree" if draws.agrees_with_first_order else "do not agree"
         rows = [
             (
                 f"Monte Carlo, {draws.draws:,} draws{stable}",
@@ -302,7 +302,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 "",
             ),
         ]
-    return TextTable(f"{what}: Monte Carlo and first-order", ("by", what, "95 % interval", ""), tuple(rows))
+    return TextTable(f"{what}: Monte Carlo and first-order", ("method", what, "95 % interval", ""), tuple(rows))
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
@@ -317,7 +317,7 @@ def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
         apart = f"{abs(fit.deviation):.1f} standard uncertainties"
         rows.append(("difference", apart, ""))
     shown_rows = rows if body.by_reading is not None else []
-    return TextTable(f"{what} from depth signal and measurement", ("by", "k_D", "based on"), tuple(shown_rows))
+    return TextTable(f"{what} from depth signal and measurement", ("method", "k_D", "based on"), tuple(shown_rows))
 
 
 def _fitted_values(fit: WearFit) -> TextTable:

@@ -119,7 +119,7 @@ _MEANINGS: Mapping[str, str] = {
     "measurement": "name of the post-test measurement",
     "position": "position across the worn surface",
     "height": "height, positive outward from the body",
-    "radius": "distance from the middle of the contact",
+    "radius": "distance from the center of the contact",
     "across": "position across the rolling direction",
     "along": "position along the rolling direction",
     "wear": "wear depth at this position",

@@ -80,7 +80,7 @@ class LocalWear:
 
     @property
     def middle_pressure(self) -> Column:
-        """Contact pressure in the middle, Pa."""
+        """Contact pressure at the center, Pa."""
         middle = tuple(int(np.argmin(np.abs(axis))) for axis in self.places)
         return np.array([pressure[middle] for pressure in self.pressure])
 

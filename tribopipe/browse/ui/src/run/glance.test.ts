@@ -33,7 +33,7 @@ const drift = stageOf("drift_correction", "Drift correction", {
 const friction = stageOf("friction_fit", "Friction", { "b, steady state": "0.61", "mean of μ over the run": "0.58" });
 const rates = stageOf("specific_wear", "Specific wear rate", {
   "wear rate of the pin": "3",
-  "wear rate of both": "4",
+  "wear rate of both bodies": "4",
   "wear volume of the pin": "0.1 mm³, from the profile",
 });
 
@@ -44,7 +44,7 @@ describe("tiles", () => {
       "Wear depth at the end",
       "Steady friction μ",
       "Specific wear rate of the pin",
-      "Specific wear rate of both",
+      "Specific wear rate of both bodies",
       "Drift rate",
     ];
     expect(tiles([drift, rates, friction, fit]).map(({ label }) => label)).toEqual(expected);
@@ -57,7 +57,7 @@ describe("tiles", () => {
     expect(more.get("Drift rate")).toBe("discrepancy 0.3 µm");
     expect(more.get("Steady friction μ")).toBe("mean over the run 0.58");
     expect(more.get("Specific wear rate of the pin")).toBe("wear volume 0.1 mm³");
-    expect(more.get("Specific wear rate of both")).toBe("");
+    expect(more.get("Specific wear rate of both bodies")).toBe("");
   });
 
   it("name the bodies of a depth as the contact does", () => {
