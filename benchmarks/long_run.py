@@ -93,8 +93,8 @@ def _samples(rows: int) -> Iterator[Column]:
 
 
 _COMMAND = """
-from tribopipe.readers import block_means, long_text
-long_text.LARGE, block_means.MOST = {large}, {most}
+from tribopipe.readers import long_runs, long_text
+long_text.LARGE, long_runs.MOST = {large}, {most}
 from tribopipe.cli.entry_point import main
 main()
 """
