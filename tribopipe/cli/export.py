@@ -167,8 +167,9 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
     stated = manifest.nominal_speed
     if stated is None:
         raise ContactError(
-            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected the speed, from which the wear "
-            'rate of the mesh is calculated; add it to run.toml and ingest the run again, or specify --speed "400 mm/s"'
+            f"{manifest.id}: found no conditions.{manifest.progress.speed}; expected the speed, from which the "
+            "wear rate of the nodes is calculated; add it to run.toml and ingest the run again, or specify "
+            '--speed "400 mm/s"'
         )
     return stated.value
 

@@ -207,8 +207,8 @@ def _inside_run_folder(name: str) -> str:
     path = PureWindowsPath(name)
     if not name.isprintable() or path.anchor or ".." in path.parts:
         raise ValueError(
-            f"found {name!r}; expected a file in the run folder, since a run contains all its files; copy "
-            "the file next to run.toml"
+            f"found {name!r}; expected a file in the run folder, since it contains all files of the run; "
+            "copy the file next to run.toml"
         )
     return name
 

@@ -147,7 +147,7 @@ NO_ARMS = Arms()
 
 
 class Part(NamedTuple):
-    """Columns of one file, of several that continue each other, or of some rows."""
+    """Columns of one file, of several consecutive ones, or of some rows."""
 
     columns: dict[SignalName, Column]
     extras: dict[str, ExtraColumn]
@@ -279,5 +279,5 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
 
 
 def spoken(names: Sequence[str]) -> str:
-    """Name files that continue each other."""
+    """Name consecutive files."""
     return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"

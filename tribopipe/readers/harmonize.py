@@ -96,7 +96,7 @@ def _read_whole(manifest: RunManifest, folder: Path, sources: list[SourceFile], 
         parts, arms = [], Arms.of(manifest)
         for name in signals.names:
             sources.append(read_source(folder, name))
-            # Files that continue each other are of one format, which the first may show better than a short one.
+            # Consecutive files are of one format, which the first may show better than a short one.
             reader = reader or detect(sources[-1], holds="signals")
             parts.append(_read_part(gathered, sources[-1], reader, signals, arms))
         _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
@@ -156,7 +156,7 @@ def _taken_for(signal: SignalName, meanings: Meanings) -> str | None:
 
 
 def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Part:
-    """Put the rows of files that continue each other one after the other, and state from which file each row came."""
+    """Put the rows of consecutive files one after the other, and state from which file each row came."""
     first = parts[0]
     if len(parts) == 1:
         return first
@@ -164,7 +164,7 @@ def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Pa
         if part.columns.keys() != first.columns.keys():
             raise ReaderError(
                 f"{name}: found the signals {', '.join(part.columns)}, but {', '.join(first.columns)} in "
-                f"{names[0]}; expected the same signals in files that continue each other; map them under "
+                f"{names[0]}; expected the same signals in all consecutive files of a test; map them under "
                 "[signals.columns] in run.toml, or remove the file that belongs to a different test"
             )
     extras = {

@@ -24,7 +24,7 @@ from tribopipe.readers.text import LONGEST_LINE, SAMPLE_BYTES, Text, decode, wes
 from tribopipe.results.run import SourceFile, UnheldSource
 
 LARGE = 256 << 20
-"""Bytes from which files, or files that continue each other, are read block by block."""
+"""Bytes from which a file, or consecutive files together, are read block by block."""
 PIECE = 8 << 20
 """Bytes of a block."""
 HEAD = 2 * SAMPLE_BYTES

@@ -1,4 +1,4 @@
-"""Files of several parts, such as sheets or groups: parts with the same columns continue each other.
+"""Files of several parts, such as sheets or groups: parts with the same columns are consecutive.
 
 Where the sheets of a workbook each hold a test, one of them has to be chosen.
 """

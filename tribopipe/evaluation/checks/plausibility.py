@@ -110,7 +110,7 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
             "contact.pin.radius", f"found {found}; expected half the diameter for a ball", "enter half the diameter"
         )
     if stated is None and _is_ball(radius) and not _is_ball(twice):
-        found = f"{pin.radius.shown('mm')}, a ball of {show(twice, None, 'm', 'mm')} in diameter"
+        found = f"{pin.radius.shown('mm')}, a ball {show(twice, None, 'm', 'mm')} in diameter"
         return Trouble(
             "contact.pin.radius",
             f"found {found}, which is unusual; expected the radius, since {show(radius, None, 'm', 'mm')} is a common "

@@ -163,8 +163,8 @@ def _zip(path: Path) -> Iterator[ZipFile]:
             yield unpacking
     except _BROKEN as error:
         raise ArchiveError(
-            f"{path}: found no zip file, or a damaged one ({error}); expected an RO-Crate or a .eln file; download "
-            "or copy it again"
+            f"{path}: found a damaged file, or one that is not a zip file ({error}); expected an RO-Crate or a "
+            ".eln file; download or copy it again"
         ) from None
     except OSError as error:
         raise ArchiveError(

@@ -1,6 +1,6 @@
 """Which files, sheets and steps a run is made of, and which profiles were measured on its specimens.
 
-Files continue each other, or hold further channels over the same time base; a file may hold several tests, one in each
+Files are consecutive, or hold further channels over the same time base; a file may hold several tests, one in each
 sheet of a workbook or in each step that a column numbers.
 """
 
@@ -29,7 +29,7 @@ from tribopipe.results.run import ExtraColumn
 
 @dataclass(frozen=True)
 class Group:
-    """Files of one format and the same columns, which continue each other: one [[signals]] of run.toml."""
+    """Consecutive files of one format and the same columns: one [[signals]] of run.toml."""
 
     exports: tuple[Export, ...]
 
@@ -60,7 +60,7 @@ class Group:
 
 
 def grouped(exports: Sequence[Export]) -> list[Group]:
-    """Put files together that continue each other, in natural order.
+    """Put consecutive files together, in natural order.
 
     Raises ``ReaderError`` where what is left does not share its rows, so that it cannot be of one test.
     """
@@ -78,7 +78,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
             f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
-            "expected files that continue each other, with the same columns, or channels over the same time base, with "
+            "expected consecutive files with the same columns, or channels over the same time base, with "
             "the same number of rows; make one run per test"
         )
     before, found = _times(first), _times(other)

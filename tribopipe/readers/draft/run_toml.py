@@ -247,7 +247,7 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
 
 
 def _signals(group: Group, draft: Draft) -> list[str]:
-    """Write what run.toml states about files that continue each other."""
+    """Write what run.toml states about consecutive files."""
     on_track = "conditions.track_radius" in draft.known.given
     first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", on_track=on_track)
     lines = [
