@@ -250,7 +250,7 @@ def why(reproduction, name: str) -> str:
 @pytest.mark.slow
 def test_prediction_from_a_k_d_that_has_changed_is_not_compared(done):
     fit_archived_wear(done, LIGHT, "sarkar", Recipe())
-    assert "made from a different wear_coefficient" in why(reproduce(done, HEAVY), "prediction_sarkar")
+    assert "computed from a different wear_coefficient" in why(reproduce(done, HEAVY), "prediction_sarkar")
 
 
 def test_prediction_from_a_run_that_is_gone_is_not_compared(done):
