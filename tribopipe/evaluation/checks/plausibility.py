@@ -255,7 +255,8 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 @check_cleaned("warning")
 def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find a body that has clearly gained material, so that its volume does not measure what was removed."""
-    if run.manifest.contact is None:
+    measured = (value for _, value in run.manifest.end_values)
+    if run.manifest.contact is None or not any(isinstance(one, EndValue) and one.value < 0 for one in measured):
         return
     with suppress(ContactError, FitError):
         for name, body in specific_wear(cleaned.run).bodies.items():

@@ -112,7 +112,7 @@ def _by_pair(pair: WornPair) -> BodyWear:
     """Return depth and volume, as far as the reading gives them; None if it states that the disc has grown."""
     name, quantity = pair.disc.name, pair.disc.quantity
     way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
-    if name in VOLUMES and quantity.value <= 0:
+    if name in VOLUMES and quantity.value < 0:
         return replace(way, volume=quantity, assumed=frozenset(), pair=None)
     if name in VOLUMES:
         depth = None if pair.path is None else pair.find("disc_depth")

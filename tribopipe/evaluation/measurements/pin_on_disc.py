@@ -195,7 +195,7 @@ class _Found:
 
     def wear_of(self, pin: EndValueUsed) -> BodyWear:
         """Return depth and volume that the pin has lost by one reading."""
-        if pin.name in VOLUMES and pin.quantity.value <= 0:
+        if pin.name in VOLUMES and pin.quantity.value < 0:
             return BodyWear(pin.name, pin.source, volume=pin.quantity)
         if self.pair.disc is _NO_TRACK:
             return _on_unworn_track(self.pair, pin)
