@@ -237,7 +237,7 @@ def test_the_whole_line_with_another_package(package, tmp_path):
     assert json.loads(listed.stdout)["runs"][0]["k_d_running_in"]["value"] == pytest.approx(found["k_d"]["value"])
     assert "k_d_running_in" in tribopipe("ls", "--columns", "help").stdout
     shown = tribopipe("show", "run-in")
-    assert "by exponential running-in" in shown.stdout
+    assert ", exponential running-in" in shown.stdout
     assert "length" in shown.stdout
     predicted = tribopipe("predict", "run-in", "--law", "running_in", "--at", f"{DISTANCE} m", "--json")
     assert predicted.returncode == 0, predicted.stderr
