@@ -322,5 +322,5 @@ def test_real_file_of_three_segments(name):
     assert table.facts == {"started": "2017-09-25T13:45:59", "operator": "ladmin"}
     assert [note.split(":")[0] for note in table.notes] == [
         "numbers of rows differ from the header",
-        "segments that repeat the one before, number for number",
+        "segments identical to the one before",
     ]
