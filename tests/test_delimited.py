@@ -121,7 +121,7 @@ def test_written_numbers_come_back_exactly(written: Written):
     assert np.array_equal(np.column_stack([each.values for each in table.columns]), written.values, equal_nan=True)
     assert table.header == written.header
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(delimited, "_LEAST_BYTES", 16)
+        patch.setattr(delimited, "_ROWS_AT_ONCE", 2)
         again = READER.read(SourceFile("signals.csv", written.content), Hints())
     assert np.array_equal(np.column_stack([each.values for each in again.columns]), written.values, equal_nan=True)
     assert 0.5 <= READER.match(SourceFile("signals.csv", written.content)).confidence <= 0.7
@@ -414,8 +414,8 @@ def test_long_row(row):
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_bad_rows_are_found_wherever_the_file_is_divided(monkeypatch, end):
-    monkeypatch.setattr(delimited, "_LEAST_BYTES", 40)
+def test_bad_rows_are_found_wherever_the_table_is_divided(monkeypatch, end):
+    monkeypatch.setattr(delimited, "_ROWS_AT_ONCE", 3)
     rows = ["1000.5;2000.5"] * 20
     for row in range(20):
         for bad, complaint in (("1;2;7", "found 3 fields"), ("1;2;", None), ("1", "found 1 field"), ("1;x", None)):
@@ -428,7 +428,7 @@ def test_bad_rows_are_found_wherever_the_file_is_divided(monkeypatch, end):
 
 
 def test_long_row_behind_a_field_that_is_no_number(monkeypatch):
-    monkeypatch.setattr(delimited, "_LEAST_BYTES", 40)
+    monkeypatch.setattr(delimited, "_ROWS_AT_ONCE", 3)
     content = "Time;Depth\n" + "1000.5;2000.5\n" * 500 + "1;x\n" + "1000.5;2000.5\n" * 99 + "1;2;3\n" + "1;2\n" * 9
     assert "line 602: found 3 fields" in refusal(content)
 

@@ -17,13 +17,11 @@ head of a file can be understood in two ways that give different numbers, the fi
 """
 
 import csv
-import os
 import re
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from io import BytesIO, TextIOWrapper
-from itertools import accumulate, islice, pairwise
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -35,7 +33,7 @@ from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
-from tribopipe.readers.text import BLANKS, LINE_END, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
+from tribopipe.readers.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
 
 _NO_TABLE = re.compile(r"[{<]|\[(?:[\[{\"]|$)")
@@ -44,9 +42,6 @@ _WORDS = re.compile(r"[^\W\d_]{3}")
 _MOST_CLOSING_LINES = 5
 _WIDEST = 1 << 13
 """Columns of the widest map; a table has far fewer."""
-_THREADS = min(4, os.cpu_count() or 1)
-_LEAST_BYTES = 1 << 20
-"""Size of the part of a file for which a thread of its own is worth it."""
 _ROWS_AT_ONCE = 50_000
 """Few enough to stay close to the processor."""
 _COUNTED_AT_ONCE = 1 << 18
@@ -184,10 +179,10 @@ def has_rows(text: Text, layout: Layout) -> bool:
     return next(_body_rows(text, layout), None) is not None
 
 
-def _body_rows(text: Text, layout: Layout, start: int | None = None) -> Iterator[Row]:
+def _body_rows(text: Text, layout: Layout) -> Iterator[Row]:
     """Go through the body row by row: slow, for finding the line of what is known to be wrong."""
     stream = BytesIO(text.content)
-    stream.seek(_body_start(text, layout) if start is None else start)
+    stream.seek(_body_start(text, layout))
     line = layout.line
     try:
         for row in split_rows(TextIOWrapper(stream, encoding="utf-8", newline=""), layout.separator):
@@ -212,7 +207,7 @@ def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
         columns = _read_columns(text, layout, textual)
     except ValueError:
         options = _options(text, layout, textual, guess=True)
-        for rows in (rows for part in _parts(text, layout) for rows in _read_csv(text, layout, part, options)):
+        for rows in _read_csv(text, layout, _body(text, layout), options):
             textual |= {number for number in range(layout.width) if rows[number].dtype.kind not in "fiu"}
         columns = _read_columns(text, layout, textual)
     infinite = {n for n, values in enumerate(columns) if n not in textual and np.isinf(values).any()}
@@ -223,62 +218,38 @@ def _columns(text: Text, layout: Layout) -> tuple[list[NDArray[Any]], set[int]]:
 
 
 def _read_columns(text: Text, layout: Layout, textual: set[int]) -> list[NDArray[Any]]:
-    """Parse the parts of the body in threads: pandas holds no lock while it parses."""
-    parts, options = _parts(text, layout), _options(text, layout, textual)
-    with ThreadPoolExecutor(_THREADS) as pool:
-        starts = [0, *accumulate(pool.map(_most_rows, parts))]
-        columns = [np.empty(starts[-1], object if number in textual else float) for number in range(layout.width)]
-
-        def fill(part: memoryview, start: int) -> int:
-            """Parse a part into its place, and return how many rows it has."""
-            row = start
-            for rows in _read_csv(text, layout, part, options):
-                for number, column in enumerate(columns):
-                    column[row : row + len(rows)] = rows[number].to_numpy()
-                row += len(rows)
-            return row - start
-
-        rows = list(pool.map(fill, parts, starts[:-1]))
-    return [_closed_up(column, starts, rows) for column in columns]
+    """Parse the body some rows at a time into columns that were set aside for it."""
+    body, end = _body(text, layout), 0
+    most = _most_rows(body)
+    columns = [np.empty(most, object if number in textual else float) for number in range(layout.width)]
+    for rows in _read_csv(text, layout, body, _options(text, layout, textual)):
+        for number, column in enumerate(columns):
+            column[end : end + len(rows)] = rows[number].to_numpy()
+        end += len(rows)
+    return [column[:end] for column in columns]
 
 
-def _closed_up(column: NDArray[Any], starts: list[int], rows: list[int]) -> NDArray[Any]:
-    """Close the gaps that blank lines leave behind parts of a column."""
-    end = 0
-    for start, count in zip(starts, rows, strict=False):
-        if start > end:
-            column[end : end + count] = column[start : start + count]
-        end += count
-    return column[:end]
+def _body(text: Text, layout: Layout) -> memoryview:
+    """Return the body without lone CRs.
 
-
-def _parts(text: Text, layout: Layout) -> list[memoryview]:
-    """Divide the body between rows, into one part for each thread where it is long, without lone CRs.
-
-    Quotes may hold line ends, so that a body with quotes is one part. Raises ``ReaderError`` where the first row of
-    a part is too long, which pandas would shorten without a word.
+    Raises ``ReaderError`` where it has no rows, or the first of them is too long, which pandas would shorten without a
+    word.
     """
-    starts, size = [_body_start(text, layout)], len(text.content)
-    if text.content.find(b'"', starts[0]) < 0:
-        step = max(_LEAST_BYTES, (size - starts[0]) // _THREADS)
-        while (end := LINE_END.search(text.content, starts[-1] + step)) and end.end() < size:
-            starts.append(end.end())
-    firsts = [next(_body_rows(text, layout, start), None) for start in starts]
-    if firsts[0] is None:
+    first = next(_body_rows(text, layout), None)
+    if first is None:
         raise ReaderError(
             f"{text.name}, line {layout.line}: found no data rows below the header; expected at least one data row; "
             "export the file again with its data"
         )
-    if any(first is not None and len(first.cells) > layout.width for first in firsts):
+    if len(first.cells) > layout.width:
         raise _too_wide(text, layout)
-    filled = [start for start, first in zip(starts, firsts, strict=True) if first is not None]
-    return [_without_lone_returns(text.content, *span) for span in pairwise([*filled, size])]
+    return _without_lone_returns(text.content, _body_start(text, layout))
 
 
-def _without_lone_returns(content: bytes, start: int, end: int) -> memoryview:
-    """Give part of a file without the lone CRs after which pandas may lose a separator or make up a row."""
-    part = memoryview(content)[start:end]
-    if content.find(b"\r", start, end) >= 0:
+def _without_lone_returns(content: bytes, start: int) -> memoryview:
+    """Give the rest of a file without the lone CRs after which pandas may lose a separator or make up a row."""
+    part = memoryview(content)[start:]
+    if content.find(b"\r", start) >= 0:
         codes = np.frombuffer(part, np.uint8)
         returns = np.flatnonzero(codes == ord("\r"))
         if returns[-1] + 1 == codes.size or np.any(codes[returns + 1] != ord("\n")):
@@ -287,7 +258,7 @@ def _without_lone_returns(content: bytes, start: int, end: int) -> memoryview:
 
 
 def _most_rows(part: memoryview) -> int:
-    """Return how many rows a part has at most: its line ends, and one where it does not end in one."""
+    """Return how many rows a body has at most: its line ends, and one where it does not end in one."""
     codes = np.frombuffer(part, np.uint8)
     blocks = range(0, codes.size, _COUNTED_AT_ONCE)
     ends = sum(int(np.count_nonzero(codes[at : at + _COUNTED_AT_ONCE] == ord("\n"))) for at in blocks)
@@ -333,7 +304,7 @@ def _options(text: Text, layout: Layout, textual: set[int], *, guess: bool = Fal
 
 
 def _read_csv(text: Text, layout: Layout, part: memoryview, options: dict[str, Any]) -> Iterator[Any]:
-    """Read part of a body some rows at a time."""
+    """Read a body some rows at a time."""
     import pandas as pd
 
     try:
