@@ -11,7 +11,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml
 from tribopipe.extras.simulate import simulate_plan
-from tribopipe.pipeline.stages import correct_archived_drift, fit_archived_friction, ingest
+from tribopipe.pipeline.stages import advance, ingest
 
 LIGHT, AGAIN, HEAVY = "si3n4-air-200mN", "si3n4-air-200mN-again", "si3n4-air-400mN"
 OTHERS = {
@@ -47,6 +47,6 @@ def fill(archive: Path, runs: Path) -> Archive:
     store = Archive(archive)
     for run in sorted(runs.iterdir()):
         ingest(run, store)
-        correct_archived_drift(store, run.name, Recipe())
-        fit_archived_friction(store, run.name, Recipe())
+        advance(store, run.name, "drift_correction", Recipe())
+        advance(store, run.name, "friction_fit", Recipe())
     return store

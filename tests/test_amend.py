@@ -22,7 +22,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.reproduce import reproduce
-from tribopipe.pipeline.stages import fit_archived_friction, ingest, process
+from tribopipe.pipeline.stages import advance, ingest, process
 from tribopipe.pipeline.verify.archive import verify
 from tribopipe.pipeline.verify.history import accept
 
@@ -50,7 +50,7 @@ def _amended(short_runs, tmp_path_factory) -> Path:
     whole = (folder / "run.toml").read_text(encoding="utf-8")
     replace_in(folder / "run.toml", r"\[end_values\]\n(.+\n)*", "")
     ingest(folder, archive)
-    fit_archived_friction(archive, RUN, Recipe())
+    advance(archive, RUN, "friction_fit", Recipe())
     archive.mark(RUN, Mark(kind="bad", reason="it rang", date=NOW))
     archive.annotate(RUN, *(Annotation(kind=kind, text="thesis", date=NOW) for kind in ("tag", "note")))
     (folder / "run.toml").write_text(whole, encoding="utf-8", newline="\n")

@@ -244,12 +244,12 @@ def test_nexus_checker_would_find_a_fault(sample_archive, tmp_path):
 def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_path, monkeypatch):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)  # as the archived fit was drawn
     from tribopipe.documents.recipe import Recipe
-    from tribopipe.pipeline.stages import fit_archived_wear
+    from tribopipe.pipeline.stages import advance
 
     run_id = SAMPLE_IDS[0]
     alone = Archive(tmp_path)
     alone.path(run_id).write_bytes(sample_archive.path(run_id).read_bytes())
-    outcome = fit_archived_wear(alone, run_id, "sarkar", Recipe(), force=True)
+    outcome = advance(alone, run_id, "wear_fit_sarkar", Recipe(), force=True)
     assert outcome.status == "done"
     assert outcome.result == sample_archive.step(run_id, "wear_fit_sarkar").result
 

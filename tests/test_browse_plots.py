@@ -20,7 +20,7 @@ from tribopipe.browse.plots import run_axes, run_plots
 from tribopipe.browse.responses import encoded
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.archived_results import archived_correction
-from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
+from tribopipe.pipeline.stages import advance
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.views.decimation import Window, shown
@@ -160,8 +160,7 @@ def test_wander_is_drawn_beside_the_corrected_wear_where_there_is_some(run, tmp_
     raw, archive = run.archive.raw(RUN), Archive(tmp_path)
     wave = 0.5e-6 * np.sin(12 * np.pi * raw.sliding_distance / raw.sliding_distance[-1])
     archive.add(replace(raw, columns={**raw.columns, "depth": raw.columns["depth"] + wave}))
-    for step in (clean_archived, correct_archived_drift):
-        step(archive, RUN, Recipe())
+    advance(archive, RUN, "drift_correction", Recipe())
     (panel,) = answer(RunFile(archive, RUN, Kept()), "depth")["panels"]
     wander = panel["lines"][-1]
     assert (wander["role"], wander["name"], wander["path"]) == ("wander", WANDER_NAME, WANDER)

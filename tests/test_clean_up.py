@@ -33,7 +33,7 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.axis_faults import continuous, segments
-from tribopipe.pipeline.stages import clean_archived, fit_archived_friction, process
+from tribopipe.pipeline.stages import advance, process
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.json_schema import schema_text
 from tribopipe.results.run import RawRun
@@ -589,7 +589,7 @@ def test_clean_up_is_archived_beside_the_raw_run_and_can_be_taken_back(spoilt_ru
     list(process([folder], archive, joined))
     assert results(archive, run_id) != first
     assert archive.cleaned(run_id).columns["normal_force"][5] < 0
-    clean_archived(archive, run_id, without)
+    advance(archive, run_id, "clean_up", without)
     assert archive.step_names(run_id) == ["clean_up"]
     assert archive.cleaned(run_id).columns["time"][750] < archive.cleaned(run_id).columns["time"][749]
     list(process([folder], archive, whole))
@@ -600,7 +600,7 @@ def test_left_out_channels_stay_out_of_what_comes_back(bare_run, tmp_path):
     columns = {name: TRUTH[name] for name in ("time", "sliding_distance", "friction_force")}
     archive = Archive(tmp_path)
     archive.add(run_of(bare_run, **columns, normal_force=1e-8 * NOISE[0]))
-    assert clean_archived(archive, "bare", Recipe()).status == "done"
+    assert advance(archive, "bare", "clean_up", Recipe()).status == "done"
     cleaned = archive.cleaned("bare")
     assert "normal_force" not in cleaned.columns
     assert cleaned.origins["friction_coefficient"] == "derived from nominal load"
@@ -611,7 +611,7 @@ def test_curves_are_drawn_against_the_cleaned_axis(bare_run, tmp_path):
     columns = TRUTH | {"sliding_distance": TRUTH["sliding_distance"] + 700}
     archive = Archive(tmp_path)
     archive.add(run_of(bare_run, **columns))
-    fit_archived_friction(archive, "bare", Recipe())
+    advance(archive, "bare", "friction_fit", Recipe())
     with archive.open("bare") as file:
         drawn = file["entry/friction_fit/data"]
         assert drawn.attrs["axes"].tolist() == ["sliding_distance"]
@@ -624,7 +624,7 @@ def test_curves_are_drawn_against_the_cleaned_axis(bare_run, tmp_path):
 def test_steps_stand_on_what_clean_up_found_and_not_on_its_options(archive):
     store = Archive(archive)
     before = results(store, "si3n4-air-200mN")
-    assert clean_archived(store, "si3n4-air-200mN", Recipe(clean_up=())).status == "done"
+    assert advance(store, "si3n4-air-200mN", "clean_up", Recipe(clean_up=())).status == "done"
     assert results(store, "si3n4-air-200mN") == before
 
 

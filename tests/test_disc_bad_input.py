@@ -30,14 +30,14 @@ def pin(tmp_path):
 def held(tmp_path_factory):
     from tribopipe.archive.store import Archive
     from tribopipe.documents.recipe import Recipe
-    from tribopipe.pipeline.stages import fit_archived_wear, ingest
+    from tribopipe.pipeline.stages import advance, ingest
 
     folder = tmp_path_factory.mktemp("held") / "archive"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tribopipe.physics.uncertainty.BLOCK", 200)
         for run_id in (RUN, PIN):
             ingest(SAMPLES / run_id, Archive(folder))
-            fit_archived_wear(Archive(folder), run_id, "archard", Recipe())
+            advance(Archive(folder), run_id, "wear_fit_archard", Recipe())
     return folder
 
 

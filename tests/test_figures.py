@@ -25,7 +25,7 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.prediction import fitted_curves
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
-from tribopipe.pipeline.stages import clean_archived, correct_archived_drift
+from tribopipe.pipeline.stages import advance
 from tribopipe.views.archived_figures import RUN_CAPTIONS, run_is_drawn, save_run_figures
 from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
@@ -79,8 +79,7 @@ def test_depth_figure_draws_wander_where_there_is_some(sample_archive, tmp_path)
     wave = 1e-6 * np.sin(12 * np.pi * run.sliding_distance / run.sliding_distance[-1])
     wavy, archive = replace(run, columns={**run.columns, "depth": run.columns["depth"] + wave}), Archive(tmp_path)
     archive.add(wavy)
-    for step in (clean_archived, correct_archived_drift):
-        step(archive, run.id, Recipe())
+    advance(archive, run.id, "drift_correction", Recipe())
     assert WANDER_NAME not in labels(plot_depth(archived_correction(sample_archive, run.id)))
     figure = plot_depth(archived_correction(archive, run.id))
     drawn = next(line for line in figure.axes[0].lines if line.get_label() == WANDER_NAME)
@@ -183,8 +182,8 @@ def test_clean_up_figure_is_saved_where_something_was_changed_and_goes_with_it(s
     archive.add(raw)
     path = tmp_path / "figures" / f"{raw.id}-clean-up.png"
     for recipe, drawn in ((MENDED, True), (Recipe(clean_up=()), False)):
-        clean_archived(archive, raw.id, recipe)
-        correct_archived_drift(archive, raw.id, recipe)
+        advance(archive, raw.id, "clean_up", recipe)
+        advance(archive, raw.id, "drift_correction", recipe)
         assert (path in save_run_figures(archive, raw.id)) == drawn
         assert path.exists() == drawn
 

@@ -26,7 +26,7 @@ from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.evaluation.wear.uncertainty import coefficient_draws
 from tribopipe.pipeline.archived_results import archived_fit
-from tribopipe.pipeline.stages import fit_archived_wear, predict_archived
+from tribopipe.pipeline.stages import advance, predict_archived
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
 
@@ -199,9 +199,9 @@ def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
 
 def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted(archive):
     store, local, giwm = Archive(archive), recipe("local"), recipe("giwm")
-    assert fit_archived_wear(store, NITRIDE, "archard", giwm).status == "done"
-    assert fit_archived_wear(store, NITRIDE, "archard", local).status == "done"
-    assert fit_archived_wear(store, NITRIDE, "archard", local).status == "unchanged"
+    assert advance(store, NITRIDE, "wear_fit_archard", giwm).status == "done"
+    assert advance(store, NITRIDE, "wear_fit_archard", local).status == "done"
+    assert advance(store, NITRIDE, "wear_fit_archard", local).status == "unchanged"
     assert archived_fit(store, NITRIDE, "archard").engine == "local"
     # The recipe does not say by which engine a k_D that is there was found.
     assert predict_archived(store, NITRIDE, NITRIDE, "archard", giwm).result.engine == "local"

@@ -22,7 +22,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.output import _NO_LAYOUT, progress, say
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
-from tribopipe.pipeline.stages import fit_archived_wear, ingest, predict_from_lightest, process
+from tribopipe.pipeline.stages import advance, ingest, predict_from_lightest, process
 
 RUN = "si3n4-air-200mN"
 HEAVIER = "si3n4-air-400mN"
@@ -102,7 +102,7 @@ def test_all_else_in_the_file_stays_as_it_was(archive):
 def test_marks_outlive_steps_done_again_and_the_raw_part_written_anew(archive, short_runs):
     store = Archive(archive)
     store.mark(RUN, BAD)
-    fit_archived_wear(store, RUN, "archard", Recipe(), force=True)
+    advance(store, RUN, "wear_fit_archard", Recipe(), force=True)
     assert store.marks(RUN) == [BAD]
     steps = store.step_names(RUN)
     assert ingest(short_runs / RUN, store).status == "unchanged"

@@ -11,7 +11,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.annotation import Annotation
 from tribopipe.documents.recipe import Recipe
-from tribopipe.pipeline.stages import clean_archived, process
+from tribopipe.pipeline.stages import advance, process
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.run import SourceFile, UnheldSource
 
@@ -56,7 +56,7 @@ def test_a_cleaned_run_is_read_once_while_it_is_that_of_the_file(store):
     assert all(np.array_equal(first.columns[name], values) for name, values in store.cleaned(RUN).columns.items())
     with pytest.raises(ValueError, match="read-only"):
         first.columns["depth"][0] = 0
-    clean_archived(store, RUN, Recipe(clean_up=()))
+    advance(store, RUN, "clean_up", Recipe(clean_up=()))
     second = kept.cleaned(RUN)
     assert second is not first
     shutil.copyfile(store.path(RUN), store.path("other"))

@@ -19,7 +19,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
-from tribopipe.pipeline.stages import evaluate_archived_wear, fit_archived_wear, ingest
+from tribopipe.pipeline.stages import advance, ingest
 from tribopipe.pipeline.studies import run_study
 from tribopipe.views.astm_g99 import reporting_items
 from tribopipe.views.canvas import ShownFigure
@@ -136,9 +136,9 @@ def studied(filled, tmp_path_factory) -> Archive:
     for run_id in (LIGHT, AGAIN, HEAVY, NO_END):
         shutil.copy(filled / f"{run_id}.h5", folder)
     archive = Archive(folder)
-    evaluate_archived_wear(archive, LIGHT, QUICK)
+    advance(archive, LIGHT, "specific_wear", QUICK)
     for law in ("archard", "sarkar"):
-        fit_archived_wear(archive, LIGHT, law, QUICK)
+        advance(archive, LIGHT, f"wear_fit_{law}", QUICK)
     study = Study(id="air", title="Three runs in air", fit=(LIGHT, AGAIN), predict=(HEAVY,))
     assert [outcome for outcome in run_study(archive, study, QUICK) if outcome.status == "failed"] == []
     return archive
@@ -249,7 +249,7 @@ def test_report_of_several_runs_has_each_in_its_contents(studied):
 
 def test_run_without_a_fit_says_what_it_lacks(studied):
     in_two_steps = QUICK.model_copy(update={"wear": WearRecipe(correction="two-step")})
-    fit_archived_wear(studied, NO_END, "archard", in_two_steps)
+    advance(studied, NO_END, "wear_fit_archard", in_two_steps)
     page = Page(run_report(studied, [NO_END]))
     assert_readable(page)
     assert "no wear coefficient: missing a post-test measurement of the pin" in page.text

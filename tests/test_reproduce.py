@@ -27,7 +27,7 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.comparison import compare
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
-from tribopipe.pipeline.stages import clean_archived, fit_archived_wear, ingest, predict_archived, wear_archived_locally
+from tribopipe.pipeline.stages import advance, ingest, predict_archived, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
 from tribopipe.version import VERSION
 
@@ -55,13 +55,14 @@ def _done(runs, tmp_path_factory) -> Path:
     archive = Archive(tmp_path_factory.mktemp("reproduce") / "archive")
     for run in (runs / LIGHT, runs / HEAVY, SAMPLES / DISC):
         ingest(run, archive)
-    clean_archived(archive, HEAVY, Recipe())
-    fit_archived_wear(archive, LIGHT, "sarkar", ODD)
+    advance(archive, HEAVY, "clean_up", Recipe())
+    advance(archive, LIGHT, "wear_fit_sarkar", ODD)
     predict_archived(archive, HEAVY, LIGHT, "sarkar", ODD)
     wear_archived_locally(archive, LIGHT, "sarkar", ODD, QUICK, at=[1.0])
     known = [Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1e-16)]
     wear_archived_locally(archive, HEAVY, "archard", Recipe(), QUICK, coefficients=known, at=[0.1])
-    fit_archived_wear(archive, DISC, "archard", Recipe.model_validate({"wear": {"distance_per_rotation": "line-load"}}))
+    advance(archive, DISC, "friction_fit", Recipe())
+    advance(archive, DISC, "wear_fit_archard", Recipe.model_validate({"wear": {"distance_per_rotation": "line-load"}}))
     return archive.folder
 
 
@@ -249,7 +250,7 @@ def why(reproduction, name: str) -> str:
 
 @pytest.mark.slow
 def test_prediction_from_a_k_d_that_has_changed_is_not_compared(done):
-    fit_archived_wear(done, LIGHT, "sarkar", Recipe())
+    advance(done, LIGHT, "wear_fit_sarkar", Recipe())
     assert "computed from a different wear_coefficient" in why(reproduce(done, HEAVY), "prediction_sarkar")
 
 

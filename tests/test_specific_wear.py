@@ -18,7 +18,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.pin_on_track import SphereOnTrack
-from tribopipe.pipeline.stages import evaluate_archived_wear, ingest
+from tribopipe.pipeline.stages import advance, ingest
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import SpecificWear
@@ -152,7 +152,7 @@ def test_twin_discs_have_their_rates_too(disc_archive):
 def test_result_is_archived_and_done_once(sample_run, tmp_path, run_cli):
     store = Archive(tmp_path / "archive")
     run_id = ingest(sample_run, store).run_id
-    first, second = (evaluate_archived_wear(store, run_id, Recipe()) for _ in range(2))
+    first, second = (advance(store, run_id, "specific_wear", Recipe()) for _ in range(2))
     assert (first.status, second.status) == ("done", "unchanged")
     kept = store.result(run_id, "specific_wear", Record)
     assert kept == first.result == STEPS["specific_wear"].parse(first.result.model_dump_json())

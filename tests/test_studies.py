@@ -25,7 +25,7 @@ from tribopipe.documents.manifest import RunManifest, manifest_path, read_manife
 from tribopipe.documents.recipe import DriftRecipe, Recipe, WearRecipe
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
-from tribopipe.pipeline.stages import correct_archived_drift, fit_archived_wear, ingest, process
+from tribopipe.pipeline.stages import advance, ingest, process
 from tribopipe.pipeline.studies import (
     draft_studies,
     evaluate_archived,
@@ -301,7 +301,7 @@ def test_another_recipe_redoes_the_study_and_the_first_one_again(quick, ran_quic
 
 
 def test_run_corrected_by_another_recipe_meanwhile_is_corrected_again(quick, ran_quick):
-    correct_archived_drift(quick, LIGHT, OTHER_WINDOW)
+    advance(quick, LIGHT, "drift_correction", OTHER_WINDOW)
     outcomes = list(run_study(quick, QUICK, Recipe()))
     assert result_of(outcomes) == result_of(ran_quick[1])
     assert evaluate_archived(quick, QUICK, Recipe()).result == result_of(ran_quick[1])
@@ -557,7 +557,7 @@ def by_recipe(runs, tmp_path_factory) -> Path:
     store = Archive(tmp_path_factory.mktemp("by-recipe") / "archive")
     for run_id in (LIGHT, HEAVY):
         ingest(runs / run_id, store)
-        fit_archived_wear(store, run_id, "archard", OTHER_WINDOW)
+        advance(store, run_id, "wear_fit_archard", OTHER_WINDOW)
     return store.folder
 
 

@@ -25,7 +25,7 @@ from tribopipe.extras.sweep.choices import Choice
 from tribopipe.extras.sweep.subject import Parameter, Subject, Value, parameters
 from tribopipe.extras.sweep.summary import Share, summarised
 from tribopipe.extras.sweep.virtual_tests import disc_run, pin_run
-from tribopipe.pipeline.stages import fit_archived_wear
+from tribopipe.pipeline.stages import advance
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.wear_fit import WearFit
 
@@ -182,7 +182,7 @@ def test_choices_are_what_single_fits_find_and_the_archive_stays(swept, archive,
             "wear": recipe.wear.model_copy(update={"correction": "model"}),
         }
     )
-    fit = fit_archived_wear(store, RUN, "sarkar", changed).result
+    fit = advance(store, RUN, "wear_fit_sarkar", changed).result
     assert isinstance(fit, WearFit)
     assert row["wear_coefficient"] == fit.first.wear_coefficient.model_dump()
     assert row["interval_lower"]["value"] == fit.first.interval[0].value

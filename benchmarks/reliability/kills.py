@@ -49,16 +49,16 @@ def _ingest(store: Archive, runs: Sequence[Path], _: Recipe) -> Iterator[Outcome
 
 def _correct(store: Archive, runs: Sequence[Path], recipe: Recipe) -> Iterator[Outcome]:
     for run in runs:
-        step = partial(stages.correct_archived_drift, store, run.name, recipe, force=True)
+        step = partial(stages.advance, store, run.name, "drift_correction", recipe, force=True)
         yield attempted(run.name, "drift_correction", step)
 
 
 def _fit(store: Archive, runs: Sequence[Path], recipe: Recipe) -> Iterator[Outcome]:
     for run in runs:
-        friction = partial(stages.fit_archived_friction, store, run.name, recipe, force=True)
+        friction = partial(stages.advance, store, run.name, "friction_fit", recipe, force=True)
         yield attempted(run.name, "friction_fit", friction)
         yield attempted(
-            run.name, "wear_fit", partial(stages.fit_archived_wear, store, run.name, "sarkar", recipe, force=True)
+            run.name, "wear_fit", partial(stages.advance, store, run.name, "wear_fit_sarkar", recipe, force=True)
         )
 
 

@@ -64,7 +64,7 @@ def work(runs: Sequence[Path], archive: Archive) -> Iterator[Outcome]:
     """Ingest and correct runs."""
     for run in runs:
         yield attempted(str(run), "ingest", partial(stages.ingest, run, archive))
-        step = partial(stages.correct_archived_drift, archive, run.name, Recipe())
+        step = partial(stages.advance, archive, run.name, "drift_correction", Recipe())
         yield attempted(run.name, "drift_correction", step)
 
 

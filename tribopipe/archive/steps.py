@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, reduce
 from operator import or_
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
 
@@ -24,7 +24,11 @@ StepName: TypeAlias = str
 """Such as "drift_correction" or "wear_fit_archard": steps under a wear law end in its name."""
 
 
-METHODS: dict[str, int] = {
+StepStage = Literal[
+    "clean_up", "drift_correction", "friction_fit", "specific_wear", "wear_fit", "prediction", "local_wear", "study"
+]
+"""A step under any wear law, or a study."""
+METHODS: dict[StepStage, int] = {
     "clean_up": 1,
     "drift_correction": 4,
     "friction_fit": 2,
@@ -134,9 +138,14 @@ def step_in_words(name: str) -> str:
     return "preprocessing" if name == "clean_up" else name.replace("_", " ")
 
 
+def stage_of(name: StepName) -> StepStage:
+    """Return a step without its wear law: "wear_fit" for ``wear_fit_archard``."""
+    return next(stage for stage in METHODS if name == stage or name.startswith(f"{stage}_"))
+
+
 def method_number(name: StepName) -> int:
     """Return the current method number of a step."""
-    return next(number for step, number in METHODS.items() if name == step or name.startswith(f"{step}_"))
+    return METHODS[stage_of(name)]
 
 
 def steps_among(names: Iterable[str]) -> list[StepName]:

@@ -1,6 +1,6 @@
 """Commands that take a run a step further: correct-drift, fit."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -50,7 +50,8 @@ def correct_drift(
     """
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe)
-    steps = partial(_corrected, store=store, how=how, force=force)
+    names = ("clean_up", "drift_correction")
+    steps = partial(_advanced, store=store, how=how, names=names, forced=names[1:] if force else ())
     outcomes = _each(chosen_ids(store, ids), "drift_correction", steps, who)
     if as_json:
         print_json(
@@ -75,12 +76,15 @@ def fit(
     verbose: Verbose = 0,
 ) -> None:
     """Fit friction and the wear coefficient k_D of archived runs."""
+    from tribopipe.archive.steps import WEAR_FITS
+
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe, engine)
     if together:
         show_together(store, chosen_ids(store, ids), (), model, how, verbose=verbose, as_json=as_json)
         return
-    steps = partial(_fitted, store=store, how=how, model=model, force=force)
+    names = ("clean_up", "drift_correction", "friction_fit", "specific_wear", WEAR_FITS[model])
+    steps = partial(_advanced, store=store, how=how, names=names, forced=names[2:] if force else ())
     outcomes = _each(chosen_ids(store, ids), "wear_fit", steps, who)
     if as_json:
         fitted = [outcome.run_id for outcome in outcomes if outcome.stage == "wear_fit" and outcome.result]
@@ -97,27 +101,13 @@ def _fit_json(store: "Archive", run_id: str, law: Law) -> dict[str, Any]:
     return {"id": run_id, **fitted, **numbers, "friction_source": fitted["friction"]}
 
 
-def _corrected(run_id: str, store: "Archive", how: "Recipe", *, force: bool) -> "Iterator[Outcome]":
-    from tribopipe.pipeline import stages
+def _advanced(
+    run_id: str, store: "Archive", how: "Recipe", names: Sequence[str], forced: Sequence[str]
+) -> "Iterator[Outcome]":
+    from tribopipe.pipeline.stages import advance, compared
 
-    def steps() -> "Iterator[Outcome]":
-        yield stages.clean_archived(store, run_id, how)
-        yield stages.correct_archived_drift(store, run_id, how, force=force)
-
-    return stages.compared(store, run_id, steps())
-
-
-def _fitted(run_id: str, store: "Archive", how: "Recipe", model: Law, *, force: bool) -> "Iterator[Outcome]":
-    from tribopipe.pipeline import stages
-
-    def steps() -> "Iterator[Outcome]":
-        yield stages.clean_archived(store, run_id, how)
-        yield stages.correct_archived_drift(store, run_id, how)
-        yield stages.fit_archived_friction(store, run_id, how, force=force)
-        yield stages.evaluate_archived_wear(store, run_id, how, force=force)
-        yield stages.fit_archived_wear(store, run_id, model, how, force=force)
-
-    return stages.compared(store, run_id, steps())
+    steps = (advance(store, run_id, name, how, force=name in forced) for name in names)
+    return compared(store, run_id, steps)
 
 
 _Stage = Literal["drift_correction", "wear_fit"]

@@ -30,7 +30,7 @@ from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.wear.scenario import KnownWear, known_wear
 from tribopipe.pipeline.archived_results import archived_fit
 from tribopipe.pipeline.comparison import Redone, Reproduction, redo
-from tribopipe.pipeline.step_definitions import PLANS, PlannedStep, local_wear_as_told, prediction, recipe_of, wear_fit
+from tribopipe.pipeline.step_definitions import PlannedStep, local_wear_as_told, planned, prediction, recipe_of
 from tribopipe.pipeline.studies import PlannedStudy, known_by, planned_study, study_reference
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun, SourceFile
@@ -92,16 +92,14 @@ def _another(step: Step, others: Sequence[PlannedStep]) -> str:
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:
     """Yield what the step may have been: one plan, or one for each k_D that it may have been predicted from."""
     recipe = recipe_of(step.options)
-    if (law := WEAR_FITS.law_of(step.name)) is not None:
-        yield wear_fit(archive, run_id, recipe, law)
-    elif (law := LOCAL_WEAR.law_of(step.name)) is not None:
+    if (law := LOCAL_WEAR.law_of(step.name)) is not None:
         yield local_wear_as_told(archive, run_id, law, step.options)
     elif (law := PREDICTIONS.law_of(step.name)) is not None:
         reference = str(step.options["reference"])
         for known in _known_under(archive, reference, law):
             yield prediction(archive, run_id, recipe, law, reference, known)
     else:
-        yield PLANS[step.name](archive, run_id, recipe)
+        yield planned(archive, run_id, step.name, recipe)
 
 
 def _known_under(archive: Archive, reference: str, law: LawName) -> Iterator[KnownWear]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from tribopipe.archive.single_run import OneRun
-from tribopipe.archive.steps import StepName
+from tribopipe.archive.steps import STEPS, WEAR_FITS, StepName, StepStage, stage_of
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
 from tribopipe.base.executor import ALONE, Crew, as_done, at_work
@@ -27,32 +27,12 @@ from tribopipe.evaluation.checks.registry import check_run, refuse_errors
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.evaluation.wear.scenario import KnownWear, known_wear
 from tribopipe.pipeline.archived_results import References, archived_fit
-from tribopipe.pipeline.step_definitions import (
-    PlannedStep,
-    clean_up,
-    drift_correction,
-    friction_fit,
-    local_wear,
-    prediction,
-    specific_wear_rates,
-    wear_fit,
-)
+from tribopipe.pipeline.step_definitions import PLANS, PlannedStep, local_wear, planned, prediction
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.finding import Finding
 from tribopipe.results.main_values import Headline, headline
 
-Stage = Literal[
-    "ingest",
-    "clean_up",
-    "drift_correction",
-    "friction_fit",
-    "specific_wear",
-    "wear_fit",
-    "prediction",
-    "local_wear",
-    "study",
-    "figures",
-]
+Stage = Literal["ingest"] | StepStage | Literal["figures"]
 Status = Literal["done", "unchanged", "failed"]
 Answer = TypeVar("Answer")
 
@@ -165,34 +145,11 @@ def _ingest_one(path: Path, archive: Archive, *, force: bool, amend: bool) -> Ou
     return attempted(str(path), "ingest", partial(ingest, path, archive, force=force, amend=amend))
 
 
-def clean_archived(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Preprocess the signals of an archived run, and archive those that came out changed; the raw ones stay."""
-    return _advance(archive, clean_up(archive, run_id, recipe), "clean_up", force=force)
-
-
-def correct_archived_drift(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Correct the drift of an archived run, preprocessed first where it is not, and archive the corrected curve."""
-    clean_archived(archive, run_id, recipe)
-    return _advance(archive, drift_correction(archive, run_id, recipe), "drift_correction", force=force)
-
-
-def fit_archived_friction(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Fit the friction of an archived run, preprocessed first where it is not, and archive the fitted curve."""
-    clean_archived(archive, run_id, recipe)
-    return _advance(archive, friction_fit(archive, run_id, recipe), "friction_fit", force=force)
-
-
-def evaluate_archived_wear(archive: Archive, run_id: str, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Evaluate the specific wear rate of each body of an archived run by its post-test measurements, and archive it."""
-    clean_archived(archive, run_id, recipe)
-    return _advance(archive, specific_wear_rates(archive, run_id, recipe), "specific_wear", force=force)
-
-
-def fit_archived_wear(archive: Archive, run_id: str, law: LawName, recipe: Recipe, *, force: bool = False) -> Outcome:
-    """Identify k_D of an archived run under a wear law; steps it stands on are done first where they are not."""
-    correct_archived_drift(archive, run_id, recipe)
-    fit_archived_friction(archive, run_id, recipe)
-    return _advance(archive, wear_fit(archive, run_id, recipe, law), "wear_fit", force=force)
+def advance(archive: Archive, run_id: str, name: StepName, recipe: Recipe, *, force: bool = False) -> Outcome:
+    """Take a step that its recipe defines, and archive it; steps it stands on are taken first where they are not."""
+    for earlier in STEPS[name].stands_on:
+        _advance(archive, planned(archive, run_id, earlier, recipe))
+    return _advance(archive, planned(archive, run_id, name, recipe), force=force)
 
 
 def predict_archived(
@@ -220,7 +177,7 @@ def predict_with(
 ) -> Outcome:
     """Predict a run's wear from the k_D that ``reference`` found, over the run's own distance, and archive it."""
     _clean_first(archive, run_id, recipe)
-    return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), "prediction", force=force)
+    return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), force=force)
 
 
 def wear_archived_locally(
@@ -241,17 +198,18 @@ def wear_archived_locally(
     """
     _clean_first(archive, run_id, recipe)
     step = local_wear(archive, run_id, recipe, law, how, coefficients=coefficients, at=at)
-    return _advance(archive, step, "local_wear", force=force)
+    return _advance(archive, step, force=force)
 
 
 def _clean_first(archive: Archive, run_id: str, recipe: Recipe) -> None:
     """Preprocess a run that was not yet; one that was stays as it is."""
     if "clean_up" not in archive.step_names(run_id):
-        clean_archived(archive, run_id, recipe)
+        advance(archive, run_id, "clean_up", recipe)
 
 
-def _advance(archive: Archive, step: PlannedStep, stage: Stage, *, force: bool) -> Outcome:
+def _advance(archive: Archive, step: PlannedStep, *, force: bool = False) -> Outcome:
     """Take a step and archive it, unless it is there already, made from the same."""
+    stage = stage_of(step.name)
     there = archive.fingerprints(step.run_id, step.name)
     if there is not None and there.inputs == step.inputs_sha256 and not force:
         found = archive.result(step.run_id, step.name, Record)
@@ -397,17 +355,9 @@ def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, a
     if ingested.error is not None:
         return
     run_id, archive = ingested.run_id, OneRun(archive, ingested.run_id)
-    stages: list[tuple[Stage, Callable[[], Outcome]]] = [
-        ("clean_up", lambda: clean_archived(archive, run_id, recipe, force=force)),
-        ("drift_correction", lambda: correct_archived_drift(archive, run_id, recipe, force=force)),
-        ("friction_fit", lambda: fit_archived_friction(archive, run_id, recipe, force=force)),
-        ("specific_wear", lambda: evaluate_archived_wear(archive, run_id, recipe, force=force)),
-    ]
-    stages += [
-        ("wear_fit", partial(fit_archived_wear, archive, run_id, law, recipe, force=force))
-        for law in recipe.wear.models
-    ]
-    taken = compared(archive, run_id, (attempted(run_id, stage, advance) for stage, advance in stages))
+    names = (*PLANS, *(WEAR_FITS[law] for law in recipe.wear.models))
+    take = partial(advance, archive, run_id, recipe=recipe, force=force)
+    taken = compared(archive, run_id, (attempted(run_id, stage_of(name), partial(take, name)) for name in names))
     yield from stored(archive, list(taken))
 
 

@@ -288,7 +288,13 @@ PLANS: Mapping[StepName, Callable[[Archive, str, Recipe], PlannedStep]] = {
     "friction_fit": friction_fit,
     "specific_wear": specific_wear_rates,
 }
-"""Steps that a recipe defines completely, but for the law of a fit."""
+"""Steps that a recipe defines completely, in the order in which they are taken; fits come after these."""
+
+
+def planned(archive: Archive, run_id: str, name: StepName, recipe: Recipe) -> PlannedStep:
+    """Plan a step that a recipe defines completely, but for the law of a fit."""
+    law = WEAR_FITS.law_of(name)
+    return PLANS[name](archive, run_id, recipe) if law is None else wear_fit(archive, run_id, recipe, law)
 
 
 def recipe_of(options: Mapping[str, Any]) -> Recipe:

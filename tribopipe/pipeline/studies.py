@@ -36,14 +36,7 @@ from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_named, law_package
-from tribopipe.pipeline.stages import (
-    Outcome,
-    attempted,
-    correct_archived_drift,
-    fit_archived_friction,
-    predict_with,
-    stored,
-)
+from tribopipe.pipeline.stages import Outcome, advance, attempted, predict_with, stored
 from tribopipe.results.run import RawRun
 from tribopipe.results.study import Design, Evaluation, LawResult, LeftOut, StudyResult
 from tribopipe.version import VERSION
@@ -207,10 +200,9 @@ def known_by(law: LawResult) -> KnownWear:
 def _complete(archive: Archive, run_id: str, recipe: Recipe) -> Iterator[Outcome]:
     """Run the steps that a run of a study still needs for its figures and prediction; existing steps are kept."""
     done = archive.step_names(run_id)
-    if "drift_correction" not in done:
-        yield correct_archived_drift(archive, run_id, recipe)
-    if "friction_fit" not in done:
-        yield fit_archived_friction(archive, run_id, recipe)
+    for name in ("drift_correction", "friction_fit"):
+        if name not in done:
+            yield advance(archive, run_id, name, recipe)
 
 
 def process_studies(
