@@ -266,7 +266,7 @@ def test_units_are_those_people_read():
     assert shown(q(296.15, "K")) == "23 °C"
     assert shown(q(1e-9, "m^3")) == "1 mm³"
     assert shown(None) is None
-    assert interval((q(1e-6, "m"), q(2e-6, "m")), "um") == "1 to 2 µm"
+    assert interval((q(1e-6, "m"), q(2e-6, "m")), "um") == "1.00 to 2.00 µm"
     assert interval((q(1.0, "m"), None), "m") == "1 m or more"
     assert [duration(q(s, "s")) for s in (59.0, 1200.0, 36_000.0)] == ["59 s", "20 min", "10 h"]
 
@@ -303,7 +303,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     page = stage(fit, "wear_fit_archard")
     told = facts_of(page, "")
     assert told["k_D of the pin (Archard's law)"] == "(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)"
-    assert told["95 % interval"] == "1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
+    assert told["95 % CI"] == "(1.300 to 1.400)×10⁻⁸ mm³/(N·mm)"
     assert page.notes == ("beware",)
     assert table(page, "uncertainty budget of k_D of the pin") == (
         ("normal load", "200.0 ± 2.0 mN", "run.toml", "normal", "−1.00", "1.00 %", "99.4 %"),
@@ -538,18 +538,18 @@ def test_study_page_tells_verdicts_and_all_else():
     assert (page.id, page.title, page.fitted, page.predicted) == ("air", "air", ("a",), ("b",))
     (told,) = page.laws
     assert told.title == (
-        "Archard's law: pin k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % interval 1.3×10⁻⁸ to 1.4×10⁻⁸ mm³/(N·mm)"
+        "Archard's law: pin k_D = (1.350 ± 0.030)×10⁻⁸ mm³/(N·mm), 95 % CI: (1.300 to 1.400)×10⁻⁸ mm³/(N·mm)"
     )
     verdicts, shapes, engines = told.tables
     assert verdicts.rows[1] == (
-        *("b", "predicted", "200.0 ± 2.0 mN", "20", "30", "29 to 31", "-9.00", "-8.00"),
+        *("b", "predicted", "200.0 ± 2.0 mN", "20", "30", "29.00 to 31.00", "-9.00", "-8.00"),
         *("0.500 ± 0.010", "over-predicted"),
     )
     assert shapes.rows == (("a", "0.500 ± 0.010", "0.502", "0.005 µm, p = 0.7", "300 m", "0.93, p = 0.2"),)
     assert len(engines.rows) == 1
     assert told.sentences[0].startswith("between-run scatter of k_D of the pin (2 runs): 10.0 %; within a run: 2.0 %; ")
     assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
-    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % interval 1300 m or more)"
+    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % CI: 1300 m or more)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
         ("a", "fitted", "consistent", ("far off",)),
         ("b", "predicted", "over-predicted", ("far off",)),
@@ -586,9 +586,9 @@ def test_study_page_of_discs_has_a_row_for_each():
     (told,) = page.laws
     assert told.title.startswith("Archard's law, full-slip: crowned disc k_D = ")
     curved, flat = told.tables[0].rows
-    disc = ("crowned disc", "0.001 mm³", "0.0011 mm³", "0.001 to 0.0012")
+    disc = ("crowned disc", "0.001 mm³", "0.0011 mm³", "0.001000 to 0.001200")
     assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
-    assert flat[:9] == ("", "", "", "", "", "cylindrical disc", "100 µm", "100 µm", "90 to 110")
-    assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % interval 4")
+    assert flat[:9] == ("", "", "", "", "", "cylindrical disc", "100 µm", "100 µm", "90.0 to 110.0")
+    assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % CI: 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."

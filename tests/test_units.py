@@ -1,6 +1,7 @@
 """Units: text to SI and back to the last digit, in every spelling a lab writes, and one sentence for all else."""
 
 import math
+import re
 import string
 from fractions import Fraction
 from functools import partial
@@ -11,7 +12,18 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import UnitError
-from tribopipe.base.units import KINDS, from_si, interval_from_si, is_unit, parse, parse_interval, pretty, show, to_si
+from tribopipe.base.units import (
+    KINDS,
+    from_si,
+    interval_from_si,
+    is_unit,
+    parse,
+    parse_interval,
+    pretty,
+    show,
+    show_interval,
+    to_si,
+)
 
 FACTORS = {  # unit: kind and SI units in it
     "m": ("length", "1"),
@@ -276,3 +288,40 @@ def test_torques_are_read_as_labs_write_them(text):
 
 def test_a_nanometer_is_no_torque():
     assert parse("120 nm", "length") == 1.2e-7
+
+
+# --- intervals ---
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "unit", "written"),
+    [
+        (1.927e-15, 2.06e-15, "mm^3/(N*mm)", "(1.927 to 2.060)×10⁻⁹ mm³/(N·mm)"),
+        (9.724e-15, 1.065e-14, "mm^3/(N*mm)", "(0.972 to 1.065)×10⁻⁸ mm³/(N·mm)"),
+        (3.544e-18, 1.187e-17, "mm^3/(N*mm)", "(3.5 to 11.9)×10⁻¹² mm³/(N·mm)"),
+        (1e-18, 1e-14, "mm^3/(N*mm)", "(0.001 to 10.000)×10⁻⁹ mm³/(N·mm)"),
+        (0.0, 1e-8, "m^2/N", "(0.0 to 10.0)×10⁻⁹ m²/N"),
+        (-1e-9, 1e-9, "m^2/N", "(-1.00 to 1.00)×10⁻⁹ m²/N"),
+        (-0.001, 4.0, "m", "0.0 to 4.0 m"),
+        (22.9e-6, 23.9e-6, "um", "22.90 to 23.90 µm"),
+        (99e3, 101e3, "1", "(0.9900 to 1.0100)×10⁵"),
+        (5.0, 5.0, "m", "5 to 5 m"),
+        (1e-30, 1e-8, "m", "1×10⁻³⁰ to 1×10⁻⁸ m"),
+    ],
+)
+def test_an_interval_has_one_power_and_as_many_decimals_for_both_ends(low, high, unit, written):
+    si = {"mm^3/(N*mm)": "m^2/N", "um": "m"}.get(unit, unit)
+    assert show_interval(low, high, si, unit) == written
+
+
+@given(st.floats(1e-20, 1e9), st.floats(1.001, 1e4))
+def test_both_ends_of_an_interval_can_be_read_back(low, ratio):
+    high = low * ratio
+    written = show_interval(low, high, "1")
+    found = re.fullmatch(r"\(?([\d.]+) to ([\d.]+)\)?(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?", written)
+    assert found is not None, written
+    power = int(found[3].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))) if found[3] else 0
+    read = [float(end) * 10.0**power for end in found.groups()[:2]]
+    assert 0 < read[0] < read[1]
+    assert read == pytest.approx([low, high], abs=0.02 * (high - low))
+    assert len({len(end.partition(".")[2]) for end in found.groups()[:2]}) == 1

@@ -91,6 +91,10 @@ _UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s]
 _ANGLE = re.compile("rad|deg|°|rpm|rps|rev|turn|cycle")
 """In units of angle per time. Any other rotational speed, such as 1/min or Hz, is given in revolutions; of a frequency
 with such a unit, a revolution is one cycle."""
+_WIDTH_IN_SPREADS = 2 * 1.959963985
+"""Width of the 95 % interval of a normal distribution in standard uncertainties."""
+_MOST_DECIMALS = 7
+"""Decimals from which each end of an interval has a power of ten of its own."""
 _EXACT = Context(prec=40, traps=[])
 """Decimal arithmetic in which a number too large becomes infinite rather than an exception."""
 
@@ -365,6 +369,18 @@ def show(value: float, uncertainty: float | None, si_unit: str, unit: str | None
     return f"{_rounded_pair(number, spread)}{tail}"
 
 
+def show_interval(low: float, high: float, si_unit: str, unit: str | None = None) -> str:
+    """Write an interval for people: one power of ten and unit, and as many decimals for both ends.
+
+    "23.03 to 24.01 µm", "(1.312 to 1.408)×10⁻⁸ mm³/(N·mm)": decimals as for the standard uncertainty of a normal
+    distribution whose 95 % interval is as wide, and enough that an end above 0 is not rounded to 0.
+    """
+    unit = unit or si_unit
+    ends = (float(from_si(low, si_unit, unit)), float(from_si(high, si_unit, unit)))
+    tail = f" {pretty(unit)}" if pretty(unit) else ""
+    return f"{_rounded_ends(*ends)}{tail}"
+
+
 def signed(number: float, digits: int) -> str:
     """Write a number with its sign, "+0.13"; what rounds to nothing has none but the plus."""
     return f"{round(number, digits) + 0.0:+.{digits}f}"
@@ -395,12 +411,33 @@ def superscript(exponent: int) -> str:
 
 
 def _rounded_pair(number: float, spread: float) -> str:
-    largest = max(abs(number), spread)
-    exponent = math.floor(math.log10(largest))
-    power = exponent if not -3 <= exponent < 5 else 0
+    power = _power_for(max(abs(number), spread))
     scaled, scaled_spread = number / 10.0**power, spread / 10.0**power
-    digits = max(0, 1 - int(f"{scaled_spread:.1e}".partition("e")[2]))
+    digits = _decimals(scaled_spread)
     scaled = round(scaled, digits) + 0.0  # no sign is left on nothing
     if not power:
         return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
     return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f}){_power(power)}"
+
+
+def _rounded_ends(low: float, high: float) -> str:
+    spread = (high - low) / _WIDTH_IN_SPREADS
+    if not 1e-12 * max(abs(low), abs(high)) < spread < math.inf:
+        return f"{_rounded(low)} to {_rounded(high)}"
+    power = _power_for(max(abs(low + high), high - low) / 2)
+    ends = low / 10.0**power, high / 10.0**power
+    digits = max(_decimals(spread / 10.0**power), -math.floor(math.log10(ends[0])) if low > 0 else 0)
+    if digits > _MOST_DECIMALS:
+        return f"{_rounded(low)} to {_rounded(high)}"
+    first, last = (f"{round(end, digits) + 0.0:.{digits}f}" for end in ends)
+    return f"({first} to {last}){_power(power)}" if power else f"{first} to {last}"
+
+
+def _power_for(largest: float) -> int:
+    exponent = math.floor(math.log10(largest))
+    return 0 if -3 <= exponent < 5 else exponent
+
+
+def _decimals(spread: float) -> int:
+    """Return the decimals that show two digits of a standard uncertainty."""
+    return max(0, 1 - int(f"{spread:.1e}".partition("e")[2]))

@@ -253,7 +253,7 @@ def _show_law(law: LawResult, room: int | None) -> None:
     heading(f"{law_heading(law.model)}{by(law.engine)}{counted}")
     for name, body in law.bodies.items():
         interval = between(body.interval, WEAR_COEFFICIENT)
-        paragraph(f"k_D of the {spoken(name)} {body.wear_coefficient.shown(WEAR_COEFFICIENT)}; 95 % CI {interval}")
+        paragraph(f"k_D of the {spoken(name)} {body.wear_coefficient.shown(WEAR_COEFFICIENT)}; 95 % CI: {interval}")
     rows = [_Row(run, name, body) for run in law.runs for name, body in run.bodies.items()]
     if not rows:
         return

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
-from tribopipe.base.units import WEAR_COEFFICIENT, from_si, show
+from tribopipe.base.units import WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import print_result, table
+from tribopipe.documents.quantity import between
 
 if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
@@ -49,7 +50,7 @@ def _cells(ensemble: "Ensemble", case: "Case", row: "Row") -> dict[str, str]:
         "body": row.body or "–",
         "outcome": f"{row.outcome}: {row.why}" if row.why else row.outcome,
         **{_plain(name): _shown(row.found.get(name), name) for name in numbers if name not in _ENDS},
-        **({"95 % interval": _interval(row)} if set(_ENDS) <= set(numbers) else {}),
+        **({"95 % CI": _interval(row)} if set(_ENDS) <= set(numbers) else {}),
     }
 
 
@@ -70,8 +71,10 @@ def _shown(quantity: "Quantity | None", name: str) -> str:
 
 def _interval(row: "Row") -> str:
     """Write an interval of k_D, whose unit stands next to it."""
-    ends = [row.found[name] for name in _ENDS if name in row.found]
-    return " to ".join(show(float(from_si(end.value, end.unit, WEAR_COEFFICIENT)), None, "1") for end in ends) or "–"
+    if not row.found.keys() >= set(_ENDS):
+        return "–"
+    low, high = (row.found[name] for name in _ENDS)
+    return between((low, high), WEAR_COEFFICIENT).removesuffix(f" {pretty(WEAR_COEFFICIENT)}")
 
 
 def _percent(share: float | None) -> str:
@@ -123,12 +126,11 @@ def _spread_cells(one: "ChoiceSpread") -> dict[str, str]:
 
 
 def _scatter_cells(one: "Scatter") -> dict[str, str]:
-    low, high = (_shown(end, one.quantity) for end in one.interval)
     return {
         "draws": f"{one.predicted} of {one.of}",
         "of": _plain(one.quantity),
         "mean": _shown(one.mean, one.quantity),
-        "95 % of the draws": f"{low} to {high}",
+        "95 % of the draws": between(one.interval, _UNITS.get(one.quantity, one.interval[0].unit)),
     }
 
 

@@ -223,9 +223,9 @@ def force(load: Quantity) -> str:
 
 
 def between(ends: tuple[Quantity, Quantity], unit: str) -> str:
-    """Write an interval for people, its unit once: "13 to 15 µm"."""
-    low, high = (end.shown(unit) for end in ends)
-    return f"{low.removesuffix(f' {units.pretty(unit)}')} to {high}"
+    """Write an interval for people, its unit once: "13.0 to 15.2 µm"."""
+    low, high = ends
+    return units.show_interval(low.value, high.value, low.unit, unit)
 
 
 def change(before: Quantity | None, after: Quantity | None, unit: str) -> str:

@@ -118,7 +118,7 @@ class BodyWear(Record):
     """Wear depth of the body at the end by the fitted law."""
 
     def __str__(self) -> str:
-        return f"k_D = {in_both_units(self.wear_coefficient)}, 95 % interval {between(self.interval, WEAR_COEFFICIENT)}"
+        return f"k_D = {in_both_units(self.wear_coefficient)}, 95 % CI: {between(self.interval, WEAR_COEFFICIENT)}"
 
 
 class HertzStart(Record):

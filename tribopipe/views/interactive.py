@@ -16,8 +16,9 @@ from tribopipe.archive.catalog.listing import COLUMNS, columns_named, usual_colu
 from tribopipe.archive.store import Archive, ArchivedRun
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
-from tribopipe.base.units import KINDS
+from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.quantity import between
 from tribopipe.pipeline.output_paths import require_free
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.interactive import UnitColumn
@@ -251,7 +252,7 @@ def _(fit: WearFit) -> tuple[str, Sequence[str], list[Sequence[str]]]:
     rows: list[Sequence[str]] = []
     for name, body in fit.bodies.items():
         rows.append((f"k_D, {spoken(name)}", shown(body.wear_coefficient) or ""))
-        rows.append((f"95 % interval, {spoken(name)}", " to ".join(shown(end) or "" for end in body.interval)))
+        rows.append((f"95 % CI, {spoken(name)}", between(body.interval, WEAR_COEFFICIENT)))
     rows += [(known.name.replace("_", " "), str(known.value)) for known in fit.parameters or ()]
     rows += [("finding", finding.message) for finding in fit.findings] + [("note", note) for note in fit.notes]
     title = f"wear fit: {fit.model}" if fit.bodies else str(fit)

@@ -113,7 +113,7 @@ def _by_two_steps(result: DriftCorrection) -> str | None:
 
 def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     """Yield what the model finds in a depth reading in addition to wear and a line."""
-    yield "95 % interval of the drift rate", between(model.drift_interval, "nm/min")
+    yield "95 % CI of the drift rate", between(model.drift_interval, "nm/min")
     yield "probability of settling", f"{model.settling_probability:.2f}"
     yield "settling amplitude", shown(model.settling)
     yield "settling time constant", duration(model.settling_time)

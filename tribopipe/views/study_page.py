@@ -6,7 +6,7 @@ from itertools import chain
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import between
 from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.study import AGREEMENT, BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
 from tribopipe.results.wear_fit import by
@@ -72,7 +72,7 @@ def _law(law: LawResult) -> LawPage:
 
 def _with_interval(found: StudiedBody) -> str:
     ends = interval(found.interval, WEAR_COEFFICIENT)
-    return f"{found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % interval {ends}"
+    return f"{found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % CI: {ends}"
 
 
 def _verdict_line(verdict: RunVerdict) -> VerdictLine:
@@ -99,7 +99,7 @@ def _lives(law: LawResult) -> Iterator[str]:
             first, unit = spoken(next(iter(law.bodies))), life.place.unit
             place = f"after {life.place} rotations" if unit == "1" else f"at {life.place.shown(unit)}"
             ends = interval(life.interval, unit)
-            yield f"{verdict.id}: its {first} reaches {life.wear_depth.shown('um')} {place} (95 % interval {ends})"
+            yield f"{verdict.id}: its {first} reaches {life.wear_depth.shown('um')} {place} (95 % CI: {ends})"
 
 
 def _verdicts(law: LawResult) -> TextTable:
@@ -140,15 +140,11 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
     )
     yield f"measured{end}", measured
     yield f"model{end}", by_law
-    yield "95 % interval", _bare_interval(body.predicted_interval, shown_in)
+    yield "95 % CI", between(body.predicted_interval, shown_in).removesuffix(f" {pretty(shown_in)}")
     yield "E_n", signed(body.e_n, 2)
     yield "along", signed(body.e_n_all, 2)
     yield "k_D / study k_D", str(body.coefficient_ratio)
     yield "agreement", AGREEMENT[body.outcome]
-
-
-def _bare_interval(ends: tuple[Quantity, Quantity], unit: str) -> str:
-    return " to ".join(bare(end, unit) for end in ends)
 
 
 def _shapes(law: LawResult) -> TextTable:

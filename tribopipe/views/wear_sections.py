@@ -210,7 +210,7 @@ def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str
     of = spoken(name)
     yield f"k_D of the {of} ({law_title(fit.model)})", shown(body.wear_coefficient, WEAR_COEFFICIENT)
     yield "same value in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
-    yield "95 % interval", interval(body.interval, WEAR_COEFFICIENT)
+    yield "95 % CI", interval(body.interval, WEAR_COEFFICIENT)
     yield "uncertainty from noise of the depth signal", shown(body.random_uncertainty, WEAR_COEFFICIENT)
     yield f"final wear depth of the {of} (fitted)", shown(body.fitted_end_depth)
     yield f"final wear depth of the {of} (measured)", shown(body.measured_end_depth)
@@ -302,7 +302,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 "",
             ),
         ]
-    return TextTable(f"{what}: Monte Carlo and first-order", ("method", what, "95 % interval", ""), tuple(rows))
+    return TextTable(f"{what}: Monte Carlo and first-order", ("method", what, "95 % CI", ""), tuple(rows))
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:

@@ -21,7 +21,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show, show_force, signed
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.quantity import Quantity, wear_coefficient
+from tribopipe.documents.quantity import Quantity, between, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
@@ -228,9 +228,8 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
 
 def _against(body: BodyVerdict, verdict: RunVerdict) -> str:
     unit = "mm^3" if body.what == "wear_volume" else "um"
-    low, high = (end.shown(unit) for end in body.predicted_interval)
     return (
-        f"{body.predicted.shown(unit)} {verdict.role} (95 % interval {low} to {high}) against "
+        f"{body.predicted.shown(unit)} {verdict.role} (95 % CI: {between(body.predicted_interval, unit)}) against "
         f"{body.measured.shown(unit)} measured"
     )
 

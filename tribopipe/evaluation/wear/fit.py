@@ -184,7 +184,7 @@ def _with_draws(body: BodyWear, found: Distribution, digits: int) -> tuple[BodyW
         agrees_with_first_order=agrees,
     )
     ends = between(first_order, WEAR_COEFFICIENT)
-    note = f"first-order propagation and Monte Carlo disagree: the first-order 95 % interval would be {ends}"
+    note = f"first-order propagation and Monte Carlo disagree: the first-order 95 % CI would be {ends}"
     changed = {
         "wear_coefficient": body.wear_coefficient.model_copy(
             update={"standard_uncertainty": found.standard_uncertainty}

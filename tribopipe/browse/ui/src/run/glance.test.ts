@@ -21,7 +21,7 @@ function stageOf(name: string, title: string, facts: Record<string, string>): St
 const fit = stageOf("wear_fit_archard", "Wear coefficient (Archard's law)", {
   "k_D (Archard's law)": "(2.0 ± 0.1)×10⁻⁹ mm³/(N·mm)",
   "same value in mm³/(N·m)": "(2.0 ± 0.1)×10⁻⁶ mm³/(N·m)",
-  "95 % interval": "1.8 to 2.2",
+  "95 % CI": "1.8 to 2.2",
 });
 const drift = stageOf("drift_correction", "Drift correction", {
   "drift rate": "12 nm/min",
@@ -52,7 +52,7 @@ describe("tiles", () => {
 
   it("tell what belongs to a result in small letters", () => {
     const more = new Map(tiles([fit, drift, friction, rates]).map(({ label, more }) => [label, more]));
-    expect(more.get("k_D (Archard's law)")).toBe("95 % interval 1.8 to 2.2");
+    expect(more.get("k_D (Archard's law)")).toBe("95 % CI: 1.8 to 2.2");
     expect(more.get("Wear depth at the end")).toBe("pin 20 µm, disc 5 µm");
     expect(more.get("Drift rate")).toBe("discrepancy 0.3 µm");
     expect(more.get("Steady friction μ")).toBe("mean over the run 0.58");
@@ -69,7 +69,7 @@ describe("tiles", () => {
   it("give both discs one tile per law, each disc with its own interval", () => {
     const discs = stageOf("wear_fit_sarkar", "Wear coefficient (Sarkar's law)", {
       "k_D of the crowned disc": "1",
-      "95 % interval, crowned disc": "0.9 to 1.1",
+      "95 % CI, crowned disc": "0.9 to 1.1",
       "k_D of the cylindrical disc": "2",
       pressure: "even",
     });
@@ -77,7 +77,7 @@ describe("tiles", () => {
       {
         label: "k_D (Sarkar's law)",
         value: "crowned disc: 1\ncylindrical disc: 2",
-        more: "crowned disc: 95 % interval 0.9 to 1.1",
+        more: "crowned disc: 95 % CI: 0.9 to 1.1",
         stage: "wear_fit_sarkar",
       },
     ]);

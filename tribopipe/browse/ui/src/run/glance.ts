@@ -55,8 +55,8 @@ function coefficients(stage: Stage): Said[] {
 const bodyOf = (name: string): string => name.replace(/^k_D of the /, "").replace(/ \(.*$/, "");
 
 function interval(after: Fact[]): string {
-  const next = after.find(({ name }) => /^(k_D|95 % interval)/.test(name));
-  return next?.name.startsWith("95 %") ? `95 % interval ${next.value}` : "";
+  const next = after.find(({ name }) => /^(k_D|95 % CI)/.test(name));
+  return next?.name.startsWith("95 %") ? `95 % CI: ${next.value}` : "";
 }
 
 /** What is before the name of a body in the part of a depth that is its own. */
