@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from disc_runs import fit_discs, known_pair
 from folders import SAMPLES, replace_in
+from printable import faults
 
 from tribopipe.archive.store import Archive
 from tribopipe.documents.manifest import RunManifest
@@ -94,22 +95,6 @@ def bars(ax):
     return found
 
 
-def assert_printable(figure, smallest=7) -> None:
-    """Nothing is cut off, no legend lies on a panel, no letters are too small to read."""
-    figure.draw_without_rendering()
-    page = figure.bbox
-    boxes = [ax.get_tightbbox() for ax in figure.axes] + [legend.get_window_extent() for legend in figure.legends]
-    headings = [*figure.texts, *(text for ax in figure.axes for text in ax.texts)]
-    boxes += [text.get_window_extent() for text in headings]
-    for box in boxes:
-        assert min(box.x0, box.y0, page.x1 - box.x1, page.y1 - box.y1) >= 0
-    for legend in figure.legends:
-        assert not any(legend.get_window_extent().overlaps(ax.get_tightbbox()) for ax in figure.axes)
-    texts = [text for ax in figure.axes for text in (ax.xaxis.label, ax.yaxis.label, *ax.get_xticklabels())]
-    texts += [*headings, *(text for legend in figure.legends for text in legend.get_texts())]
-    assert min(text.get_fontsize() for text in texts) >= smallest
-
-
 def test_every_archived_run_gets_its_four_figures(studied):
     written = save_run_figures(studied, LONG)
     assert [path.name for path in written] == [f"{LONG}-{w}.png" for w in ("depth", "friction", "wear", "contact")]
@@ -132,7 +117,7 @@ def test_archived_figures_are_drawn_from_what_the_archive_holds(studied, run, tm
 def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     curves = curves_of(run, ("archard", "sarkar"))
     figure = plot_wear(correct_drift(run), curves)
-    assert_printable(figure)
+    assert faults(figure) == []
     assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) crowned disc", "(b) cylindrical disc"]
     assert figure.axes[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
@@ -169,7 +154,7 @@ def test_interruptions_are_drawn_with_residuals_of_all_that_was_measured(run):
     stopped = measured(run, stops=stops)
     (curves,) = curves_of(stopped)
     figure = plot_wear(correct_drift(stopped), [curves])
-    assert_printable(figure)
+    assert faults(figure) == []
     upper, lower = figure.axes[:2], figure.axes[2:]
     assert [len(bars(ax)) for ax in upper] == [3, 2]
     assert lower[0].get_ylabel() == "residual / u"
@@ -219,7 +204,7 @@ def test_flat_disc_that_counts_as_unworn_is_not_drawn(run):
 def test_contact_figure_has_the_four_panels_of_figure_9(run):
     corrected, (curves,) = correct_drift(run), curves_of(run)
     figure = plot_contact(corrected, curves)
-    assert_printable(figure)
+    assert faults(figure) == []
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
         "mean pressure p / GPa",
@@ -320,7 +305,7 @@ def test_model_is_drawn_beside_the_papers_steps():
 def test_scenarios_that_wear_at_different_rates_share_logarithmic_axes():
     cases = {distance: scenario(distance) for distance in ("full-slip", "contact-width", "volume-conserving")}
     figure = plot_disc_model(cases, 2e6)
-    assert_printable(figure)
+    assert faults(figure) == []
     assert labels(figure) == list(cases)
     assert {ax.get_xscale() for ax in figure.axes} == {"log"}
     assert [ax.get_yscale() for ax in figure.axes] == ["log", "linear", "log", "linear"]
@@ -339,7 +324,7 @@ def study_figure(studied):
 def test_study_has_a_panel_for_each_slip_with_the_law_along_its_longest_run(studied):
     figure, stored = study_figure(studied)
     assert figure.get_figwidth() == 7.2
-    assert_printable(figure)
+    assert faults(figure) == []
     upper, lower = figure.axes[:2], figure.axes[2:]
     assert [ax.get_title(loc="left") for ax in upper] == ["(a) 250 mN, 4 % slip", "(b) 250 mN, 10 % slip"]
     assert upper[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
@@ -408,7 +393,7 @@ def test_every_outcome_but_support_has_a_mark(studied, outcome, words):
     result = changed(stored.result, runs=(*others, last.model_copy(update={"bodies": discs})))
     figure = plot_study_wear(result, "archard", stored.curves)
     assert {"under-predicted", words} <= set(labels(figure))
-    assert_printable(figure)
+    assert faults(figure) == []
 
 
 def test_study_figure_says_both_coefficients(studied):
@@ -436,7 +421,7 @@ def test_study_of_one_slip_fits_one_column(studied):
     figure = plot_study_wear(changed(stored.result, runs=runs), "archard", stored.curves)
     assert figure.get_figwidth() == 3.5
     assert figure.axes[0].get_title(loc="left") == "250 mN, 4 % slip"
-    assert_printable(figure)
+    assert faults(figure) == []
 
 
 def test_one_sided_study_draws_the_curved_disc_alone(studied):

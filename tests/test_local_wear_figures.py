@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from local_wear_runs import DISCS, PIN, disc_curves, pin_curves
-from test_disc_figures import assert_printable
+from printable import faults
 
 from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.store import Archive
@@ -125,7 +125,7 @@ def test_engines_stand_beside_each_other_with_their_drift_from_the_first():
     ],
 )
 def test_nothing_is_cut_off_or_overlaps(drawn):
-    assert_printable(drawn())
+    assert faults(drawn()) == []
 
 
 @pytest.mark.slow

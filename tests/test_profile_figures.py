@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from printable import faults
 from test_profile import flattened
 from test_profile_files import bare
 from test_profile_pile_up import AREA, BALL, SCAR, X, piled_up, ridged, scan
@@ -42,14 +43,14 @@ def test_track_with_pile_up_and_dust():
     assert "width 300.19" in words(figure)
     assert "depth 999.0" in words(figure)
     assert "run: key" in figure.axes[0].get_title(loc="left")
-    figure.draw_without_rendering()
+    assert faults(figure) == []
 
 
 def test_worn_ball():
     figure = drawn(Profile(X, flattened(X, BALL, SCAR)), BALL)
     assert "unworn surface, an arc" in legend(figure)
     assert not any("piled up" in name for name in legend(figure))
-    figure.draw_without_rendering()
+    assert faults(figure) == []
 
 
 def test_profile_without_a_track_is_levelled_and_says_so():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from printable import faults
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
@@ -261,7 +262,7 @@ def test_figures_of_one_run_fit_one_column(studied, members, effective):
     assert "measured, 95 %, run fitted" in labels(wear)
     assert "(bars shifted right)" not in labels(wear)
     for figure in (friction, coefficient, wear):
-        assert_printable(figure)
+        assert faults(figure) == []
 
 
 @pytest.mark.slow
@@ -276,26 +277,7 @@ def test_figures_of_five_runs_tell_replicates_apart(studied, effective):
     assert len(coefficient.axes) == 6
     assert coefficient.axes[4].get_title(loc="left") == "(e) 800 mN, predicted"
     for figure in (wear, coefficient):
-        assert_printable(figure)
-
-
-def assert_printable(figure) -> None:
-    """Nothing is cut off, no legend lies on a panel, no letters are too small to read."""
-    figure.draw_without_rendering()
-    page = figure.bbox
-    for ax in figure.axes:
-        box = ax.get_tightbbox()
-        assert box.x0 >= page.x0
-        assert box.y0 >= page.y0
-        assert box.x1 <= page.x1
-        assert box.y1 <= page.y1
-    for legend in figure.legends:
-        box = legend.get_window_extent()
-        assert min(box.x0, box.y0, page.x1 - box.x1, page.y1 - box.y1) >= 0
-        assert not any(box.overlaps(ax.get_tightbbox()) for ax in figure.axes)
-    texts = [text for ax in figure.axes for text in (ax.xaxis.label, ax.yaxis.label, *ax.texts, *ax.get_xticklabels())]
-    texts += [text for legend in figure.legends for text in legend.get_texts()]
-    assert min(text.get_fontsize() for text in texts) >= 7
+        assert faults(figure) == []
 
 
 @pytest.mark.slow
@@ -309,7 +291,7 @@ def test_figures_are_fit_to_print(studied, members, effective, study):
     ]
     for figure in figures:
         assert figure.get_figwidth() == 7.2
-        assert_printable(figure)
+        assert faults(figure) == []
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
-from tribopipe.views.run_figures import STYLE, P, styled
+from tribopipe.views.run_figures import FORMULA, STYLE, P, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,8 +20,8 @@ _LETTER, _MARGIN = 0.068, 0.25
 _SMALL: Any = {
     **STYLE,
     "font.size": 8,
-    "axes.titlesize": 8.6,  # subscripts have seven tenths of it, and at least 6 pt
-    "axes.labelsize": 8.6,
+    "axes.titlesize": FORMULA,
+    "axes.labelsize": FORMULA,
     "legend.fontsize": 7,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,

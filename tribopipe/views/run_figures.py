@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from functools import wraps
 from io import BytesIO
 from pathlib import Path
-from textwrap import wrap
+from textwrap import fill, wrap
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, ParamSpec
 
 import numpy as np
@@ -72,6 +72,8 @@ _PRINT_DPI = 600.0
 """Of PNG as journals take line art."""
 MOST_LETTERS = 84
 """That fit above a figure in one line."""
+FORMULA = 8.6
+"""Size of texts with subscripts, pt: these have seven tenths of it, and at least 6 pt."""
 STYLE: Any = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -206,9 +208,12 @@ def _smooth(x: Column, *lines: Column) -> list[Column]:
 
 
 def key(figure: "Figure", axes: "Iterable[Axes]", columns: int = 2) -> None:
-    """Put one legend of all panels below them."""
+    """Put one legend of all panels below them, its labels in several lines if they are too wide for the figure."""
     handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
+    legend = figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
+    if legend.get_window_extent().width > figure.bbox.width:
+        for text in legend.get_texts():
+            text.set_text(fill(text.get_text(), MOST_LETTERS // columns - 8, break_on_hyphens=False))
 
 
 @styled
@@ -380,7 +385,7 @@ def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Fi
 
 def finish(ax: "Axes", title: str, words: str) -> None:
     """Put a title over a figure's first panel, and words between them."""
-    size = 8.6 if "$" in words else 8.0  # a subscript has seven tenths of it, and at least 6 pt
+    size = FORMULA if "$" in words else 8.0
     ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
     ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=size, va="bottom")
     ax.margins(x=0.01)

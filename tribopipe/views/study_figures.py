@@ -40,7 +40,7 @@ from tribopipe.views.plot import (
     scaled_coefficient,
     slid,
 )
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE
+from tribopipe.views.run_figures import BLACK, FORMULA, GREY, PALETTE
 from tribopipe.views.run_plots import friction_panels
 from tribopipe.views.study_plots import LawCoefficient, friction_range, law_curves, study_panels
 
@@ -133,7 +133,7 @@ def plot_study_wear(
     quantity = f"{wear.body} {wear.quantity}" if along else wear.quantity
     _finish(columns, axis_label(curves[0].along, powers[0]), powered_axis(quantity, powers[1], wear.unit.shown))
     columns[0][0].set_xlim(*(end / 10.0 ** powers[0] for end in (-0.01 * last, 1.03 * last + max(shifts.values()))))
-    figure.suptitle(_law_words(found, ", " if len(groups) > 1 else ",\n"), x=0.01, ha="left", fontsize=8.6)
+    figure.suptitle(_law_words(found, ", " if len(groups) > 1 else ",\n"), x=0.01, ha="left", fontsize=FORMULA)
     handles = [*_looks_key(looks), *_key(runs, [panel for panels in drawn for panel in panels], thin=bool(recorded))]
     figure.legend(
         handles=handles,
@@ -375,7 +375,7 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     last = max(float(np.max(one.sliding_distance)) for one in shown)
     bias = max(float(np.max(np.abs(one.bias))) for one in shown)
     titles = [f", {run.role}".join(names[run.id]) for run in runs]
-    figure, axes = grid(len(shown), 3 if len(shown) > 1 else 5, titles)
+    figure, axes = grid(len(shown), 4 if len(shown) > 1 else 7, titles)
     mu = friction_range(shown)
     for number, (ax, one) in enumerate(zip(axes, shown, strict=True)):
         points = _draw_effective(ax, one, power, last)
@@ -390,7 +390,8 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
     handles, labels = axes[0].get_legend_handles_labels()
     order = sorted(range(len(labels)), key=lambda i: [word in labels[i] for word in _KEY_ORDER].index(True))
     columns = 1 if len(shown) == 1 else 2
-    figure.legend([handles[i] for i in order], [labels[i] for i in order], loc="outside lower center", ncols=columns)
+    ordered = [handles[i] for i in order], [labels[i] for i in order]
+    figure.legend(*ordered, loc="outside lower center", ncols=columns, fontsize=FORMULA)
     return figure
 
 
@@ -405,7 +406,7 @@ def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> lis
         if law.model == "archard":
             ax.plot(mu, best, color=PALETTE[0], ls=_DASHES[0], zorder=2.5, label=f"Archard, {words}")
             return [best[0]]
-        ax.plot(mu, best, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3μ²), {words}")
+        ax.plot(mu, best, color=PALETTE[1], zorder=2.5, label=f"Sarkar, $k_\\mathrm{{D}}$·√(1 + 3μ²),\n{words}")
         ax.fill_between(mu, low, high, color=PALETTE[1], alpha=0.2, lw=0, label="Sarkar, 95 % band")
         return [low[0], high[-1]]
     return []
