@@ -143,6 +143,19 @@ def test_a_body_that_lost_nothing_has_none():
     assert list(fit_wear(run_with(pin=(0.0, 0.0)), "archard", recipe=FIRST_ORDER).bodies) == ["disc"]
 
 
+@pytest.mark.parametrize("lost", [0.0, -1e-12, -4e-12])
+def test_no_wear_and_a_gain_within_the_uncertainty_are_a_k_d_with_its_sign(lost):
+    end = {"pin_wear_volume": si(lost, "m^3", 3e-12)}
+    run = run_of(described(conditions={"normal_load": si(LOAD, "N", 0.0)}, **end))
+    for recipe in (FIRST_ORDER, Recipe()):
+        pin = fit_wear(run, "archard", recipe=recipe).first
+        k, spread = lost / (LOAD * SLID), 3e-12 / (LOAD * SLID)
+        assert pin.wear_coefficient.value == pytest.approx(k, rel=1e-12)
+        assert pin.wear_coefficient.standard_uncertainty == pytest.approx(spread, rel=0.02)
+        ends = [end.value for end in pin.interval]
+        assert ends == pytest.approx([k - 1.96 * spread, k + 1.96 * spread], rel=0.03)
+
+
 def test_a_track_of_unknown_length_gives_none_of_the_disc():
     assert list(fit_wear(run_with(path={}), "archard", recipe=FIRST_ORDER).bodies) == ["pin"]
 

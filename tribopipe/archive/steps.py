@@ -33,8 +33,8 @@ METHODS: dict[StepStage, int] = {
     "drift_correction": 4,
     "friction_fit": 2,
     "specific_wear": 2,
-    "wear_fit": 5,
-    "prediction": 3,
+    "wear_fit": 6,
+    "prediction": 4,
     "local_wear": 1,
     "study": 4,
 }

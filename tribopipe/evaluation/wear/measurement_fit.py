@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.random import Generator
 
-from tribopipe.base.arrays import Column, Values
+from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -145,11 +145,15 @@ def _budgets(
 
 
 def _propagated(
-    fit: "MeasurementProblem | VolumeFit", found: Column, at: Column, sensitivities: Mapping[str, Column]
+    fit: "MeasurementProblem | VolumeFit",
+    found: Column,
+    at: Column,
+    sensitivities: Mapping[str, Column],
+    least: float = 0.0,
 ) -> tuple[dict[str, BodyWear], Column]:
     """Return k_D of each body with interval and budget, and the covariance of ln k; sensitivities are those at ``at``.
 
-    A body without wear has no budget.
+    A body without wear has no budget, and no interval reaches below ``least``, m²/N.
     """
     slopes = np.array([*sensitivities.values()])
     covariance = slopes.T @ input_covariance(fit.inputs, fit.friction_covariance, [*sensitivities]) @ slopes
@@ -157,7 +161,7 @@ def _propagated(
     bodies = {
         name: BodyWear(
             wear_coefficient=wear_coefficient(value, spread),
-            interval=first_order_interval(value, spread),
+            interval=_first_order_interval(value, spread, least),
             budget=lines if value > 0 else (),
         )
         for name, value, spread, lines in zip(fit.bodies, found, spreads, _budgets(fit, sensitivities), strict=False)
@@ -165,16 +169,16 @@ def _propagated(
     return bodies, covariance
 
 
+def _first_order_interval(value: float, spread: float, least: float) -> tuple[Quantity, Quantity]:
+    """Return the 95 % interval by first-order propagation: measurements are normal, and k about in proportion."""
+    half = COVERAGE_FACTOR * spread
+    return wear_coefficient(max(least, value - half)), wear_coefficient(value + half)
+
+
 def correlation(covariance: Column) -> float | None:
     """Return that of both k; None if one of them is exact."""
     product = math.sqrt(covariance[0, 0] * covariance[1, 1])
     return float(covariance[0, 1]) / product if product > 0 else None
-
-
-def first_order_interval(value: float, spread: float) -> tuple[Quantity, Quantity]:
-    """Return the 95 % interval by first-order propagation: measurements are normal, and k about in proportion."""
-    half = COVERAGE_FACTOR * spread
-    return wear_coefficient(max(0.0, value - half)), wear_coefficient(value + half)
 
 
 def _one_sided(problem: MeasurementProblem) -> tuple[str, ...]:
@@ -220,30 +224,36 @@ class VolumeFit:
         """Best estimates of the inputs."""
         return best_values(self.inputs)
 
+    def volume(self, body: str, values: Values) -> Numbers:
+        """Return what a body has lost in one contact, m³."""
+        return values[volume_of(body)]
+
+    def work(self, values: Values, places: Column) -> Column:
+        """Return F_N·S at sliding distances, N·m: (places,), or (draws, places) of columns of values."""
+        friction = friction_along(self.friction, values, self.values)
+        effective = self.law.at(values).effective_distance(places, friction)
+        return np.asarray(values["normal_load"] * effective * distance_scale(values, self.values))
+
     def of(self, *bodies: str) -> "VolumeFit | None":
         """Return the fit of some of the bodies only; None if it has none of them."""
         kept = tuple(body for body in self.bodies if body in bodies)
-        left = {_volume_of(body) for body in self.bodies if body not in kept}
+        left = {volume_of(body) for body in self.bodies if body not in kept}
         inputs = {name: given for name, given in self.inputs.items() if name not in left}
         return replace(self, bodies=kept, inputs=inputs) if kept else None
 
     def coefficients(self, values: Values) -> Column:
         """Return k_D, m²/N: (bodies,), or (draws, bodies) of columns of values."""
-        friction = friction_along(self.friction, values, self.values)
-        effective = self.law.at(values).effective_distance(np.asarray([self.slid]), friction)
-        work = values["normal_load"] * effective * distance_scale(values, self.values)
-        return np.concatenate([values[_volume_of(body)] / work for body in self.bodies], axis=-1)
+        work = self.work(values, np.asarray([self.slid]))
+        return np.concatenate([self.volume(body, values) / work for body in self.bodies], axis=-1)
 
     def draw(self, rng: Generator, count: int) -> Column:
         """Draw k_D of each body, m²/N: (draws, bodies)."""
-        drawn = draw_values(self.inputs, self.friction_covariance, rng, count)
-        return np.maximum(self.coefficients(drawn), 0.0)
+        return self.coefficients(draw_values(self.inputs, self.friction_covariance, rng, count))
 
     def result(self) -> WearFit:
         """Return k_D by first-order propagation."""
         found = self.coefficients(self.values)
-        sensitivities = {name: self._sensitivity(name, found) for name in self.inputs}
-        bodies, covariance = _propagated(self, found, found, sensitivities)
+        bodies, covariance = _propagated(self, found, self._scale, self.sensitivities(), least=-math.inf)
         return WearFit(
             model=self.model,
             engine="volume",
@@ -254,13 +264,24 @@ class VolumeFit:
             notes=(*self.limits, _BY_VOLUME),
         )
 
-    def _sensitivity(self, name: str, found: Column) -> Column:
+    def sensitivities(self) -> dict[str, Column]:
+        """Return ∂ln k/∂x of each body for each input."""
+        return {name: self._sensitivity(name) for name in self.inputs}
+
+    @cached_property
+    def _scale(self) -> Column:
+        """Size of each k_D, m²/N: without wear, of that which would have been noticed."""
+        found = np.abs(self.coefficients(self.values))
+        noticed = np.array([self.inputs[volume_of(body)].spread for body in self.bodies])
+        return np.where(found > 0, found, noticed / self.work(self.values, np.asarray([self.slid])))
+
+    def _sensitivity(self, name: str) -> Column:
         """Return ∂ln k/∂x of each body, by central differences over the standard uncertainty."""
         spread = self.inputs[name].spread
         if not spread:
             return np.zeros(len(self.bodies))
         low, high = (self.coefficients({**self.values, name: self.values[name] + sign * spread}) for sign in (-1, 1))
-        return np.asarray((high - low) / (2 * spread * found))
+        return np.asarray((high - low) / (2 * spread * self._scale))
 
 
 def volume_fit(
@@ -279,7 +300,7 @@ def volume_fit(
     known = law_friction(run, model, friction, recipe.wear.friction)
     if missing or known is None:
         return missing or (NO_FRICTION,)
-    inputs = {_volume_of(body): volume for body, volume in lost.items()}
+    inputs = {volume_of(body): volume for body, volume in lost.items()}
     inputs |= {"normal_load": load_input(run, recipe), **known.inputs, **given}
     if told := told_by(run, recipe.uncertainty):
         inputs[told.name] = Input(told.quantity, told.source)
@@ -289,7 +310,7 @@ def volume_fit(
 
 
 def _lost(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Return what each body has lost in one contact, m³, by what gives it most certainly; none of one that has not.
+    """Return what each body has lost in one contact, m³, by what gives it most certainly; below zero if it has gained.
 
     Over a track of unknown length a counterbody wears by an unknown depth, and nothing could be predicted of it.
     """
@@ -297,10 +318,16 @@ def _lost(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     for role, ways in pin_on_disc_wear(run, recipe.uncertainty).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
         placed = body in contact.fitted_bodies or run.manifest.path is not None
-        if placed and best is not None and best.volume is not None and best.volume.value > 0:
+        if placed and best is not None and best.volume is not None and _is_known(best.volume):
             found[body] = Input(scaled(best.volume, 1 / contact.contacts_of(role)), best.source)
     return found
 
 
-def _volume_of(body: str) -> str:
+def _is_known(volume: Quantity) -> bool:
+    """Return whether a volume is more than the statement that there was no wear."""
+    return bool(volume.value or volume.standard_uncertainty)
+
+
+def volume_of(body: str) -> str:
+    """Return the name of the input that is the volume a body has lost."""
     return f"{body}_wear_volume"

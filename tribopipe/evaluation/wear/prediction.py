@@ -220,6 +220,9 @@ def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     for name in scenario.wear.bodies:
         if name not in scenario.known.bodies:
             yield f"the {spoken(name)} is assumed to be unworn, since it has no positive k_D"
+    for name, known in scenario.known.bodies.items():
+        if known.value < 0:
+            yield f"k_D of the {spoken(name)} is negative; it is assumed to be 0, with the same standard uncertainty"
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 

@@ -99,6 +99,11 @@ def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: R
     return KnownWear(stated, engine=engine or usual, distance=recipe.wear.distance_per_rotation)
 
 
+def _no_gain(coefficient: Quantity) -> Quantity:
+    """Return a k_D as bodies can wear by it: at least 0, and as uncertain as it is."""
+    return coefficient.model_copy(update={"value": max(0.0, coefficient.value)})
+
+
 MOST_STEPS = 5_000_000
 """A rotation of two discs at a time takes about a second for every million of them."""
 _STEP = 1e-4
@@ -159,7 +164,7 @@ class Scenario:
     def inputs(self) -> dict[str, Input]:
         """Everything uncertain that wear depends on, k_D among it."""
         bodies = zip(self.wear.coefficients, self.wear.bodies, strict=True)
-        coefficients = {name: Input(self.known.of(body), "fit") for name, body in bodies}
+        coefficients = {name: Input(_no_gain(self.known.of(body)), "fit") for name, body in bodies}
         return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law)
 
     @cached_property
@@ -295,8 +300,8 @@ class Scenario:
     def _slopes(self, places: Column, name: str) -> dict[str, Column]:
         """Return how each outcome moves with an input, over its unit."""
         middle = self.values[name]
-        step = _STEP * (abs(middle) or self.inputs[name].spread)
-        # A coefficient of 0 has nothing below it.
+        # A coefficient of 0 has nothing below it, and the depth of a cap no slope there: as far as it may be off.
+        step = _STEP * abs(middle) or self.inputs[name].spread
         below = middle - step if middle else 0.0
         high, low = (self.worn(places, {**self.values, name: value}) for value in (middle + step, below))
         return {one: (high[one] - low[one]) / (middle + step - below) for one in self.wear.uncertain}
