@@ -50,7 +50,7 @@ def test_the_manual_states_these_errors():
     taper = taper_ratio(np.array([0.1, 0.2]), 0.5e-3, 17.5e-3)
     for words in (
         f"gives {flat_cap_ratio(half.half_width, half)[0]:.1f} times",
-        f"its length {flat_cap_ratio(half.half_length, half)[0]:.2f} times",
+        f"and {flat_cap_ratio(half.half_length, half)[0]:.2f} times with its length",
         f"then gives {groove_ratio(half)[0]:.1f} times",
         f"{100 * (1 - stroke[0]):.0f} % too low for a stroke of 27 track widths, {100 * (1 - stroke[1]):.0f} % for 13",
         f"and {100 * (1 - stroke[2]):.0f} % for 5",
