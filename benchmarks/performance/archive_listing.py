@@ -31,7 +31,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         f"tribopipe ls of {runs:,} runs",
         listing,
         partial(listed, some),
-        f"a loop of h5py over their files; {len(some)} timed and scaled",
+        f"an h5py loop over their files; {len(some)} timed and scaled",
         scaled=runs / len(some),
         repeats=7,
     )

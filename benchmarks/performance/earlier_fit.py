@@ -58,9 +58,9 @@ def rows(setting: Setting) -> Iterator[Row]:
         print("(i) is skipped: --earlier FOLDER names the work tree of an earlier commit", file=sys.stderr)
         return
     ours, peer = Fitting(HERE), Fitting(setting.earlier.resolve())
-    both, work = partial(ours, _BOTH), "k_D of a run under both laws"
-    yield Pair(work, both, partial(peer, _ONE), "earlier fit, budget and joint fit under one law", at_most=_MOST)
-    yield Pair(work, both, partial(peer, _BOTH), "the same under both laws")
+    both, work = partial(ours, _BOTH), "k_D of a run, with both laws"
+    yield Pair(work, both, partial(peer, _ONE), "earlier fit, budget and joint fit, with one law", at_most=_MOST)
+    yield Pair(work, both, partial(peer, _BOTH), "the same, with both laws")
 
 
 def _python(root: Path) -> str:

@@ -36,7 +36,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     error = f"a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
     there = f"of the published scheme, {steps * PLACES:,} steps for {error}"
     loop = f"numpy loop {there}; {looped * steps:,} timed and scaled"
-    off = f"{np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} relative error along the curve"
+    off = f"a relative error of {np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} along the curve"
     by_solver = f"scipy's solve_ivp (DOP853, rtol {_TOLERANCE:.0e}), {off}"
     peers: list[tuple[str, Callable[[], object], float, float | None]] = [
         (loop, lambda: euler(looped, steps, PLACES), PLACES / looped, 1000),
