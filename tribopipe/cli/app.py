@@ -37,7 +37,7 @@ from tribopipe.cli.output import keep_stdout_for_json, safe
 
 @contextmanager
 def _safe_usage_errors() -> Iterator[None]:
-    """Escape what steers the terminal in errors that quote the command line; Typer has no public class of all these."""
+    """Escape control characters in errors that quote the command line; Typer has no public base class of these."""
     try:
         yield
     except Exception as error:
@@ -47,7 +47,7 @@ def _safe_usage_errors() -> Iterator[None]:
 
 
 class _Commands(HelpPanels):
-    """All commands, with safe messages where the command line is not understood."""
+    """All commands, with safe messages if the command line is invalid."""
 
     def make_context(self, *args: Any, **others: Any) -> Any:
         with _safe_usage_errors():
@@ -129,7 +129,7 @@ _PANELS: dict[str, dict[str, Any]] = {
         "schema": inspect.schema_app,
     },
 }
-"""Panels of the help, with the commands in the order in which they are listed."""
+"""Panels of the help, each with its commands in the order in which they are listed."""
 for _panel, _commands in _PANELS.items():
     for _name, _command in _commands.items():
         if isinstance(_command, typer.Typer):
@@ -142,7 +142,7 @@ _PLAIN = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−–μ·…─", "-01234
 
 
 def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Write powers as ^-8 and Greek letters in Latin if the encoding of the console does not have them."""
+    """Write powers as ^-8 and Greek letters in Latin if the encoding of the console does not include them."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     text = error.object[error.start : error.end]
@@ -154,7 +154,7 @@ codecs.register_error("tribopipe-plain", _plainly)
 
 
 def main() -> None:
-    """Run the command; whatever went wrong is one sentence on stderr and exit code 1."""
+    """Run the command; any error is printed as one sentence on stderr, with exit code 1."""
     for stream in (sys.stdout, sys.stderr):
         # A console that lacks μ or ⁻ shows a plain substitute rather than failing.
         getattr(stream, "reconfigure", lambda **_: None)(errors="tribopipe-plain")

@@ -38,7 +38,7 @@ def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser:
 
 
 def require_server() -> None:
-    """Raise ``ArchiveError`` where the packages of the server, or the pages that it serves, are not installed."""
+    """Raise ``ArchiveError`` if the packages of the server, or the pages that it serves, are not installed."""
     from tribopipe.base.errors import ArchiveError
 
     for name in SERVER_PACKAGES:
@@ -77,7 +77,7 @@ def demo(
 
 
 def _begin_demo(folder: Path) -> None:
-    """Make the folder, known by the plan in it. Raises ``OutputError`` where it is one of something else."""
+    """Create the folder, which is recognized by its plan. Raises ``OutputError`` if it contains other files."""
     from tribopipe.base.errors import OutputError
     from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.shipped import shipped
@@ -93,7 +93,7 @@ def _begin_demo(folder: Path) -> None:
 
 
 def _simulate_samples(folder: Path) -> None:
-    """Record the sample runs, all or none; those that are there stay, whatever somebody has tried on them."""
+    """Simulate the sample runs, all or none; existing ones are kept, even if they have been edited."""
     from tribopipe.documents.plan import Plan
     from tribopipe.documents.record import load_toml
     from tribopipe.extras.simulate import simulate_plan
@@ -110,7 +110,7 @@ def _simulate_samples(folder: Path) -> None:
 
 
 def _process_samples(runs: Path, archive: Path) -> None:
-    """Process what is not processed yet. Exits where anything failed."""
+    """Process the runs that have not been processed yet. Exits if any of them fails."""
     from tribopipe.archive.store import Archive
     from tribopipe.base.executor import at_work
     from tribopipe.documents.recipe import Recipe

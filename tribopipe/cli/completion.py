@@ -1,4 +1,4 @@
-"""What shells are answered when somebody presses Tab.
+"""Completion of the command line in shells.
 
 Typer's own answer parses the whole line with pydantic and lays out help with rich, which takes longer than people wait.
 This one walks the commands by their names, and asks Typer for the values of one parameter alone. The scripts that call
@@ -18,7 +18,7 @@ SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 
 
 class Choice(NamedTuple):
-    """One way in which a word may end."""
+    """One completion of a word."""
 
     value: str
     help: str = ""
@@ -28,25 +28,25 @@ class Line(NamedTuple):
     """A command line so far."""
 
     words: list[str]
-    """Those that are whole, without the name of the program."""
+    """Complete words, without the name of the program."""
     begun: str
-    """The one that is not."""
+    """The incomplete word."""
 
 
 class _Place(NamedTuple):
-    """Where a line has got."""
+    """Position within a command line."""
 
     command: Any
     context: typer.Context
-    """With the options of the command that have a value so far."""
+    """With the options of the command that have been given a value so far."""
     arguments: int
-    """Arguments that it has."""
+    """Number of arguments so far."""
     open_option: Any
     """An option whose value comes next."""
 
 
 def answer(told: Mapping[str, str]) -> None:
-    """Answer a shell that is known here, and end; Typer deals with others."""
+    """Answer a supported shell, and exit; Typer handles the others."""
     from tribopipe.cli.app import app
 
     shell = told[_ASKED].removeprefix("complete_")
@@ -57,7 +57,7 @@ def answer(told: Mapping[str, str]) -> None:
 
 
 def complete(root: Any, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
-    """Return what to print for a shell, and the exit code, by what its script shows in variables."""
+    """Return what to print for a shell, and the exit code, from the variables set by its script."""
     found = choices(root, line_of(shell, told))
     if told.get("_TYPER_COMPLETE_FISH_ACTION") == "is-args":
         return "", int(not found)
@@ -65,7 +65,7 @@ def complete(root: Any, shell: str, told: Mapping[str, str]) -> tuple[str, int]:
 
 
 def line_of(shell: str, told: Mapping[str, str]) -> Line:
-    """Return the command line so far as the script of a shell gives it."""
+    """Return the command line so far, as given by the script of a shell."""
     if shell == "bash":
         words, place = _split(told.get("COMP_WORDS", "")), int(told.get("COMP_CWORD", "0"))
         return Line([word for word in words[1:place] if word != "="], "".join(words[place : place + 1]).lstrip("="))
@@ -107,7 +107,7 @@ def _place(command: Any, words: Sequence[str]) -> _Place:
 
 
 def _after(place: _Place, word: str) -> _Place:
-    """Return where a line has got with one word more."""
+    """Return the position after one more word."""
     if place.open_option is not None:
         place.context.params[place.open_option.name] = word
         return place._replace(open_option=None)
@@ -120,7 +120,7 @@ def _after(place: _Place, word: str) -> _Place:
 
 
 def _taking_a_value(place: _Place, word: str) -> Any:
-    """Return the option of a name if a value has to follow; none otherwise."""
+    """Return the option with this name if it requires a value; none otherwise."""
     known = place.command.get_params(place.context)
     return next((one for one in known if word in one.opts and not getattr(one, "is_flag", False)), None)
 
@@ -152,7 +152,7 @@ def _for_zsh(found: Sequence[Choice]) -> str:
 
 
 def _safe(text: str) -> str:
-    """Write a text so that zsh, which evaluates it, takes it as it stands."""
+    """Quote a text so that zsh, which evaluates it, leaves it unchanged."""
     for sign, written in (('"', '""'), ("'", "''"), ("$", r"\$"), ("`", r"\`"), (":", r"\\:")):
         text = text.replace(sign, written)
     return text

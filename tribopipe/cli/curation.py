@@ -81,7 +81,7 @@ def tag(
 
 
 def _refuse_what_none_has(taken: "Iterable[str]", there: "Mapping[str, Sequence[str]]") -> None:
-    """Raise ``ArchiveError`` for a tag to take back that no run has: it is mistyped."""
+    """Raise ``ArchiveError`` for a tag to remove that no run has, such as a mistyped one."""
     from tribopipe.base.errors import ArchiveError, did_you_mean
 
     known = {text for tags in there.values() for text in tags}
@@ -117,7 +117,7 @@ def note(
 
 
 def _change_each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
-    """Change runs and report what each has then; return the errors of some."""
+    """Change runs and report the new state of each; return the errors."""
     from tribopipe.base.failures import in_a_sentence
 
     errors = []
@@ -148,7 +148,7 @@ def _who_and_when(by: str | None) -> dict[str, str | None]:
 
 
 def logged_in() -> str | None:
-    """Return the name of the user logged in; none where there is none, as in some containers."""
+    """Return the name of the user logged in; none if there is none, as in some containers."""
     import getpass
 
     try:
@@ -161,7 +161,7 @@ OfStudies = Annotated[bool, typer.Option("--study", help="The ids are those of s
 
 
 def removed_ids(context: typer.Context) -> list[str]:
-    """Complete ids of removed runs from the archive named so far, or the one in the current folder."""
+    """Complete ids of removed runs from the archive specified so far, or the one in the current folder."""
     archive = Path(context.params.get("archive") or DEFAULT_ARCHIVE)
     return sorted({path.stem for path in archive.glob("removed/*/*.h5")})
 
@@ -204,7 +204,7 @@ def restore(
 
 
 def _move_each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_json: bool) -> None:
-    """Move the file of each and report where it is; an error with one does not stop the others."""
+    """Move the file of each run and report its new path; an error in one does not stop the others."""
     from tribopipe.base.failures import in_a_sentence
 
     moved, errors = {}, {}

@@ -1,4 +1,4 @@
-"""Commands that pack runs for a repository or a lab notebook, and take them back: export dataset, import."""
+"""Commands that pack runs for a repository or a lab notebook, and import them again: export dataset, import."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,7 +28,7 @@ _OPTIONS = ("--ro-crate", "--eln")
 
 
 class ExportGroup(HelpPanels):
-    """The subcommands of export, and two options that stand for one of them: `export --ro-crate OUT [ID]...`."""
+    """The subcommands of export, and two options that are short for one of them: `export --ro-crate OUT [ID]...`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the command line; with one of the options and no subcommand before it, as that of the subcommand."""
@@ -38,7 +38,7 @@ class ExportGroup(HelpPanels):
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return what help and completion show."""
+        """Return the commands shown by help and completion."""
         own = [one for one in self.commands[NAME].params if one.name in _PACKED] if NAME in self.commands else []
         return [*super().get_params(ctx), *own]
 
@@ -110,7 +110,7 @@ def _path(ro_crate: Path | None, eln: Path | None) -> Path:
 
 
 def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
-    """Return the content of dataset.toml and its bytes; nothing if none is named or next to the archive."""
+    """Return the content of dataset.toml and its bytes; nothing if none is specified or next to the archive."""
     from tribopipe.documents.dataset import DATASET_NAME, NOTHING_SAID, Dataset
     from tribopipe.documents.record import read_document
     from tribopipe.documents.toml import parse_toml, read_bytes

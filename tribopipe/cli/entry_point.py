@@ -1,4 +1,4 @@
-"""Where the `tribopipe` command begins: it looks after Ctrl-C before it loads anything else.
+"""Entry point of the `tribopipe` command, which handles Ctrl-C before it loads anything else.
 
 An archive outlives a process that is killed at any moment, so an interrupted command simply ends: what it was writing
 is taken away, one sentence is printed, and nothing more of it runs.
@@ -14,7 +14,7 @@ from types import FrameType
 from tribopipe.base.process_lifecycle import undo_all
 
 _ENDINGS = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "ended because the terminal was closed"}
-"""Signals that ask a process to end, as far as the system has them, and what is printed then."""
+"""Signals that request a process to end, if the system has them, and the message printed for each."""
 _STDERR = 2
 _BY_PYTHON = warnings.formatwarning
 _Handler = Callable[[int, FrameType | None], object] | signal.Handlers
@@ -40,7 +40,7 @@ def main() -> None:
 
 
 def _told(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
-    """Write a warning of tribopipe itself as a sentence, and any other with its place in the code."""
+    """Print a warning of tribopipe itself as a sentence, and any other with its location in the code."""
     if category is not UserWarning:
         return _BY_PYTHON(message, category, filename, lineno, line)
     from tribopipe.cli.output import seen
@@ -49,7 +49,7 @@ def _told(message: Warning | str, category: type[Warning], filename: str, lineno
 
 
 def _look_after(handler: _Handler) -> None:
-    """Have the signals handled that ask a process to end, but for those that nohup or a script has it ignore."""
+    """Handle the signals that request a process to end, except those ignored because of nohup or a script."""
     for name in _ENDINGS:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
@@ -57,7 +57,7 @@ def _look_after(handler: _Handler) -> None:
 
 
 def _end(number: int, _: FrameType | None) -> None:
-    """End the process, with the exit code by which shells give a signal."""
+    """End the process, with the exit code that shells use for a signal."""
     signal.signal(number, signal.SIG_IGN)
     undo_all()
     said = f"{_ENDINGS[signal.Signals(number).name]}; archived results are kept; run the same command again to continue"

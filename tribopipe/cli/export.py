@@ -1,4 +1,4 @@
-"""Commands that write what other programs take: export umeshmotion, export csv, export runs, export dataset."""
+"""Commands that write files for other programs: export umeshmotion, export csv, export runs, export dataset."""
 
 import math
 from pathlib import Path
@@ -97,7 +97,7 @@ def umeshmotion(
 
 
 def _subject(run: str, archive: Path, given: Given) -> Subject:
-    """Return the run to export. Raises ``FitError`` for a law of which no subroutine can be written."""
+    """Return the run to export. Raises ``FitError`` for a law for which no subroutine can be written."""
     from tribopipe.base.errors import FitError
 
     if given.law not in ("archard", "sarkar"):
@@ -159,7 +159,7 @@ def _slip(manifest: "RunManifest") -> float:
 
 
 def _speed(manifest: "RunManifest", given: str | None) -> float:
-    """Return the speed of sliding, or of the crowned disc, m/s. Raises ``ContactError`` where it is not known."""
+    """Return the sliding speed, or the speed of the crowned disc, m/s. Raises ``ContactError`` if it is unknown."""
     from tribopipe.base.errors import ContactError
 
     if given is not None:
@@ -175,7 +175,7 @@ def _speed(manifest: "RunManifest", given: str | None) -> float:
 
 
 def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float:
-    """Return how far to wear: m, or rotations of the crowned disc."""
+    """Return the sliding distance to simulate, m, or the rotations of the crowned disc."""
     if given is not None:
         return float(quantity("--until", given, manifest.progress.kind).value)
     if own is None:
@@ -184,7 +184,7 @@ def _end(manifest: "RunManifest", given: str | None, own: float | None) -> float
 
 
 def _write(texts: dict[str, str], folder: Path, *, force: bool) -> list[Path]:
-    """Write every file. Raises ``OutputError``, and writes none, where one must not be written."""
+    """Write all files. Raises ``OutputError``, and writes none, if one of them must not be written."""
     from tribopipe.base.files import write_file
     from tribopipe.pipeline.output_paths import require_free
 

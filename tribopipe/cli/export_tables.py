@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 _Job = tuple[str, str, Path]
-"""Id, kind of table, and the file it is written to."""
+"""Id, kind of table, and output file."""
 
 
 def export_csv(
@@ -24,11 +24,11 @@ def export_csv(
     what: Annotated[
         str | None,
         typer.Option(
-            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; several "
-            "separated by commas; by default everything the run has."
+            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; separate "
+            "several with commas; default: all tables of the run."
         ),
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write into.")] = Path("csv"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")] = Path("csv"),
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Replace = False,
     as_json: AsJson = False,
@@ -56,7 +56,7 @@ def export_csv(
 
 
 def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list[TribopipeError]") -> list[_Job]:
-    """Write files, and return those that could be; what stood in the way of others is added to the errors."""
+    """Write files, and return those that were written; the reason for each failure is added to the errors."""
     from tribopipe.base.failures import in_a_sentence
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -76,7 +76,7 @@ def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list
 
 
 def _chosen(text: str) -> list[tuple[str, ...]]:
-    """Return the kinds that each word asks for: "fit" for those by every law."""
+    """Return the kinds that each word selects: "fit" for the fits of all laws."""
     from tribopipe.base.errors import did_you_mean
     from tribopipe.views.csv_files import CSV_KINDS
 
@@ -132,8 +132,8 @@ def export_runs(
         bool,
         typer.Option(
             "--decimal-comma",
-            help="Write 0,5 for 0.5: CSV with semicolons, as Excel opens it in German and most European languages, or "
-            "LaTeX.",
+            help="Write 0,5 instead of 0.5: in LaTeX, or in CSV with semicolons, as Excel expects in most European "
+            "languages.",
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -155,8 +155,8 @@ def export_runs(
         raise typer.BadParameter(f"--output: found the suffix {suffix}; expected one of {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal sign of a "
-            "workbook is that of the program that opens it"
+            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal sign in a "
+            "workbook depends on the program that opens it"
         )
     require_free([] if output is None else [output], force=force)
     chosen = None if columns is None else columns_named(columns)

@@ -45,7 +45,7 @@ def list_formats(as_json: AsJson = False) -> None:
         print_json({"formats": found})
         return
     rows = [[one["name"], one["title"], one["holds"], _needed(one)] for one in found]
-    table(f"{len(found)} formats", ["format", "what it is", "holds", "needs"], rows)
+    table(f"{len(found)} formats", ["format", "description", "content", "requires"], rows)
 
 
 def _ready(name: str) -> bool:
@@ -62,14 +62,14 @@ def _needed(one: dict[str, Any]) -> str:
 
 @formats_app.command("detect")
 def detect_formats(
-    files: Annotated[list[Path], typer.Argument(help="Files that an instrument wrote.", metavar="FILE")],
+    files: Annotated[list[Path], typer.Argument(help="Instrument files.", metavar="FILE")],
     reader: ReaderName = None,
     sheet: SheetName = None,
     as_json: AsJson = False,
 ) -> None:
     """Detect the format of files, and show what is in them.
 
-    Exit code 1 where no format is recognized.
+    Exit code 1 if no format is recognized.
     """
     from tribopipe.base.errors import TribopipeError
     from tribopipe.readers.export_files import chosen_reader, read_export
@@ -93,7 +93,7 @@ def detect_formats(
 
 
 def _tried(path: Path) -> list[dict[str, Any]]:
-    """Show which readers were tried on a file that none knows, and why each does not."""
+    """Show the readers that were tried on an unrecognized file, and why each rejected it."""
     from tribopipe.base.errors import TribopipeError
     from tribopipe.readers.export_files import open_export
     from tribopipe.readers.reader import candidates, is_sure
@@ -104,7 +104,7 @@ def _tried(path: Path) -> list[dict[str, Any]]:
         return []
     if not any(is_sure(match) for _, match in found):
         rows = [[reader.name, _sure(match.confidence), match.why.partition(";")[0]] for reader, match in found]
-        table(f"{path}: tried", ["format", "sure", "why"], rows)
+        table(f"{path}: not recognized", ["format", "confidence", "reason"], rows)
     return [_candidate(reader.name, match.confidence, match.why) for reader, match in found]
 
 
@@ -159,14 +159,14 @@ def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
 def _show(path: Path, export: "Export") -> None:
     """Show one file on stderr."""
     print_result(f"{path}: {export.reader.name}, {export.reader.title}")
-    print_result(f"  {_sure(export.match.confidence)} sure: {export.match.why}")
+    print_result(f"  confidence {_sure(export.match.confidence)}: {export.match.why}")
     for other, match in export.others:
-        print_result(f"  or else {other.name}, {_sure(match.confidence)} sure: {match.why}")
+        print_result(f"  alternative: {other.name}, confidence {_sure(match.confidence)}: {match.why}")
     for key, value in export.header.facts.items():
         print_result(f"  {key}: {value}")
     for note in _notes(export):
         print_result(f"  note: {note}")
-    columns = ["column", "unit", "means", "least", "largest", "missing"]
+    columns = ["column", "unit", "meaning", "minimum", "maximum", "missing"]
     table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])
 
 

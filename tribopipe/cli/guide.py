@@ -8,9 +8,9 @@ import typer
 from tribopipe.cli.output import print_result, table
 
 _NAMED = 4
-"""As many pages are named of those that speak of something."""
+"""Largest number of related pages that are named."""
 _ALSO = 2
-"""As many pages are named after the one that answers a question best."""
+"""Largest number of pages named after the one that answers a question best."""
 
 
 def topics() -> list[str]:
@@ -49,7 +49,7 @@ def show_help(
 
 
 def _answer(question: str, context: typer.Context) -> None:
-    """Show the pages that answer a question. Raises ``QueryError`` where none does."""
+    """Show the pages that answer a question. Raises ``QueryError`` if none does."""
     from tribopipe.base.errors import QueryError
     from tribopipe.cli.manual import entries, has_words_of, pages_for, title
     from tribopipe.cli.pages import paragraph
@@ -83,7 +83,7 @@ def _list_pages() -> None:
 
 
 def _text_of(topic: str, context: typer.Context) -> str | None:
-    """Return the text on a topic, Markdown but for commands; none where nothing has that name."""
+    """Return the text on a topic, in Markdown except for commands; none if there is no such topic."""
     from tribopipe.cli.manual import page, pages, sections
 
     called = topic.lower().removeprefix("docs/").removesuffix(".md")
@@ -97,12 +97,12 @@ def _text_of(topic: str, context: typer.Context) -> str | None:
 
 
 def _plain(name: str) -> str:
-    """Return a name with - in place of _, for comparison."""
+    """Return a name with _ replaced by -, for comparison."""
     return name.replace("_", "-")
 
 
 def _near(topic: str, context: typer.Context) -> str:
-    """Report what was probably meant, which pages speak of it, or how all are listed."""
+    """Return what was probably meant, the pages that mention it, or how to list all pages."""
     from tribopipe.base.errors import did_you_mean
     from tribopipe.cli.manual import pages, pages_about, sections
 
@@ -114,7 +114,7 @@ def _near(topic: str, context: typer.Context) -> str:
 
 
 def _command_help(words: list[str], context: typer.Context) -> str | None:
-    """Return what --help states about a command, such as "fit" or "study run"; none where there is no such command."""
+    """Return the --help text of a command, such as "fit" or "study run"; none if there is no such command."""
     place: Any = context.find_root()
     for word in words:
         command = getattr(place.command, "commands", {}).get(word)
@@ -131,7 +131,7 @@ def _commands(context: typer.Context) -> dict[str, Any]:
 
 
 def _print(text: str) -> None:
-    """Print Markdown: laid out on a terminal, as it is elsewhere."""
+    """Print Markdown: formatted on a terminal, unchanged elsewhere."""
     if not sys.stdout.isatty() or not text.startswith("#"):
         typer.echo(text)
         return

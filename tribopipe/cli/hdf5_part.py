@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
 
 _DEPTH = 2
-"""Levels that are shown beneath a group."""
+"""Levels that are shown below a group."""
 _LONGEST = 60
-"""Characters of a text that are shown in a tree."""
+"""Largest number of characters of a text that are shown in a tree."""
 _BESIDE = ("NX_class", "units")
-"""Attributes that stand next to the name of what has them."""
+"""Attributes that are shown next to the name of their group or dataset."""
 
 
 def show_part(store: "Archive", run_id: str, path: str, rows: int) -> None:
-    """Show a part of a run's file, of many values the first and last ``rows``.
+    """Show a part of a run's file; of many values, only the first and last ``rows``.
 
     Raises ``ArchiveError`` where there is no such part, or it lies in another file.
     """
@@ -76,7 +76,7 @@ def _member_document(group: "h5py.Group", name: str, depth: int) -> dict[str, An
 
 
 def _lines(part: "Part", rows: int) -> Iterator[str]:
-    """Return what a part holds, line by line, but for columns: the tree of a group, a note laid out, an array."""
+    """Return the content of a part other than columns, line by line: the tree of a group, a note, an array."""
     import h5py
 
     from tribopipe.archive.part import find_part
@@ -91,7 +91,7 @@ def _lines(part: "Part", rows: int) -> Iterator[str]:
 
 
 def _columns(part: "Part") -> "dict[str, h5py.Dataset]":
-    """Return what makes a table: a dataset that is a column, or the columns of a plot."""
+    """Return the columns of a table: a dataset that is a column, or the columns of a plot."""
     import h5py
 
     if isinstance(part, h5py.Dataset):
@@ -115,7 +115,7 @@ def _tree(group: "h5py.Group", depth: int) -> Iterator[str]:
 
 
 def _link(group: "h5py.Group", name: str) -> str | None:
-    """Report where a link leads; nothing of a member of the group's own."""
+    """Return the target of a link; nothing for a member of the group itself."""
     import h5py
 
     link = group.get(name, getlink=True)
@@ -123,7 +123,7 @@ def _link(group: "h5py.Group", name: str) -> str | None:
 
 
 def _described(part: "Part") -> str:
-    """Report what a part is: the class of a group; shape, type and unit of a dataset, or its value where it has one."""
+    """Describe a part: the class of a group; shape, type and unit of a dataset, or its value if it is a scalar."""
     import h5py
 
     if isinstance(part, h5py.Group):
@@ -144,7 +144,7 @@ def _attributes(part: "Part") -> Iterator[str]:
 
 
 def _plotted(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
-    """Return axes and signals of an NXdata group; nothing of another group."""
+    """Return axes and signals of an NXdata group; nothing for another group."""
     import h5py
 
     from tribopipe.archive.part import find_part
@@ -173,7 +173,7 @@ def _names(group: "h5py.Group", attribute: str) -> list[str]:
 
 
 def _value_lines(dataset: "h5py.Dataset", rows: int) -> Iterator[str]:
-    """Yield the lines of a value: a text in full, an array by its first and last rows."""
+    """Yield the lines of a value: a text in full, the first and last rows of an array."""
     import h5py
     import numpy as np
 
@@ -194,7 +194,7 @@ def _laid_out(text: str) -> str:
 
 
 def _cells(columns: "Sequence[h5py.Dataset]", rows: int) -> list[list[str]]:
-    """Return the first and last values of columns next to each other, with their numbers before them."""
+    """Return the first and last values of columns side by side, preceded by their numbers."""
     return [
         ["…"] * (len(columns) + 1) if number is None else [f"{number:,}", *(_text(_read(c, number)) for c in columns)]
         for number in _ends(len(columns[0]) if columns else 0, rows)
@@ -202,7 +202,7 @@ def _cells(columns: "Sequence[h5py.Dataset]", rows: int) -> list[list[str]]:
 
 
 def _ends(length: int, rows: int) -> Iterator[int | None]:
-    """Yield the indices of the first and last rows, and none for the gap between them."""
+    """Yield the indices of the first and last rows, and None for the gap between them."""
     if length <= 2 * rows + 1:
         yield from range(length)
         return
@@ -216,7 +216,7 @@ def _head(name: str, dataset: "h5py.Dataset") -> str:
 
 
 def _read(dataset: "h5py.Dataset", number: int | tuple[()] = ()) -> Any:
-    """Return values, all or of one row."""
+    """Return all values, or those of one row."""
     import h5py
 
     if h5py.check_string_dtype(dataset.dtype):
@@ -225,7 +225,7 @@ def _read(dataset: "h5py.Dataset", number: int | tuple[()] = ()) -> Any:
 
 
 def _text(value: Any) -> str:
-    """Write a value: numbers in eight digits, texts as they are, several with commas between."""
+    """Format a value: numbers with eight digits, texts unchanged, several separated by commas."""
     plain = _json(value)
     if isinstance(plain, list):
         return ", ".join(map(_text, plain))
@@ -235,7 +235,7 @@ def _text(value: Any) -> str:
 
 
 def _json(value: Any) -> Any:
-    """Return a value as JSON types; what is no number, and what JSON has no word for, is null or a text."""
+    """Return a value as JSON types; NaN, and values that JSON cannot represent, become null or a text."""
     import numpy as np
 
     plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value

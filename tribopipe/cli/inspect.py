@@ -1,4 +1,4 @@
-"""Commands that look into a run or a profile: show, schema."""
+"""Commands that show a run or a profile: show, schema."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,14 +38,14 @@ PositionUnit = Annotated[
 ]
 HeightUnit = Annotated[str | None, typer.Option(help="Unit of the heights, such as um, if the file states no unit.")]
 _FIGURES = Path("figures")
-"""Where figures of a file are saved, in the current folder."""
+"""Folder for the figures of a file, in the current folder."""
 _MOST_REASONS = 4
-"""Why profiles have no track is stated about so many."""
+"""Number of profiles up to which the reason for a missing track is given for each."""
 
 
 @dataclass(frozen=True)
 class ProfileOptions:
-    """What is asked of a file with profiles."""
+    """Options for a file with profiles."""
 
     plot: bool
     radius: str | None
@@ -55,14 +55,14 @@ class ProfileOptions:
 
 @dataclass(frozen=True)
 class _Shown:
-    """Profiles by their keys, with what was found in each."""
+    """Profiles by their keys, with the result for each."""
 
     profiles: "Mapping[str, Profile]"
     found: "Mapping[str, Track | Level]"
     figures: Mapping[str, Path]
 
     def document(self) -> list[dict[str, Any]]:
-        """Return everything for programs."""
+        """Return everything as JSON types."""
         return [
             {"key": key, "points": len(self.profiles[key].position), **_described(found)}
             | ({"figure": str(self.figures[key])} if key in self.figures else {})
@@ -70,7 +70,7 @@ class _Shown:
         ]
 
     def tell(self, title: str) -> None:
-        """Show everything to people."""
+        """Print everything as a table and notes."""
         from tribopipe.evaluation.measurements.track_profile import Track
 
         rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
@@ -83,7 +83,7 @@ class _Shown:
             print_result(str(path))
 
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
-        """Report which profiles have no track: why of each, or of the first where there are many, as of a map."""
+        """Report which profiles have no track, and why: each, or only the first if there are many, as in a map."""
         if len(why) > _MOST_REASONS:
             say(f"{len(why)} of {len(self.found)} profiles have no wear track and are only leveled; the first:")
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
@@ -91,7 +91,7 @@ class _Shown:
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
-    """Show the profiles in a file: areas, width and depth of the track in each, and figures where asked for."""
+    """Show the profiles in a file: areas, width and depth of the track in each, and figures if requested."""
     from tribopipe.base.errors import ReaderError
     from tribopipe.documents.manifest import ProfileSource
     from tribopipe.evaluation.measurements.track_profile import examined
@@ -122,7 +122,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
-    """Report for the profiles of an archived run, save their figures and its others, and return it all for programs."""
+    """Report on the profiles of an archived run, save all figures of the run, and return the results as JSON types."""
     from tribopipe.archive.file_signature import FIGURES
     from tribopipe.evaluation.measurements.track_profile import examined, reference_radius
     from tribopipe.views.archived_figures import save_run_figures
@@ -196,7 +196,7 @@ def show(
 
 
 def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
-    """Refuse what may have been meant as a file as well as a run."""
+    """Return the error for a name that is neither that of a file nor the ID of a run."""
     from tribopipe.base.errors import ArchiveError, did_you_mean
 
     there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent

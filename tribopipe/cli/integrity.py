@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 _SHOWN = 16
-"""Digits of a hash that people copy."""
+"""Number of digits of a hash that are shown for copying."""
 _HASH = re.compile("[0-9a-f]{8,64}")
 
 
 def _hash(text: str) -> str:
-    """Read the hash of a line of the history, or its beginning."""
+    """Read the hash of a line of the history, or its first digits."""
     if not _HASH.fullmatch(text.lower()):
         raise typer.BadParameter(
             f"found {text!r}; expected 8 to 64 hexadecimal digits (0 to 9, a to f) from the output of `tribopipe "
@@ -198,9 +198,9 @@ def reproduce(
 
 
 def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable[[Archive, str], Reproduction]]]":
-    """Return the runs and studies to compute again, each with its function.
+    """Return the runs and studies to recompute, each with its function.
 
-    Raises ``ArchiveError`` for an id that is not in the archive, or where there is nothing.
+    Raises ``ArchiveError`` for an id that is not in the archive, or if the archive is empty.
     """
     from tribopipe.base.errors import ArchiveError, did_you_mean
     from tribopipe.pipeline.reproduce import reproduce, reproduce_study
@@ -220,12 +220,12 @@ def _chosen(store: "Archive", ids: "Sequence[str]") -> "list[tuple[str, Callable
 
 
 def _show_reproduced(found: "Sequence[Reproduction]") -> None:
-    """Show a line for each run and study, or for each step of a single one, and beneath what is not the same."""
+    """Show a line for each run and study, or for each step of a single one, followed by the differences."""
     if len(found) == 1:
         (one,) = found
         title, rows = f"{one.id}, recomputed", [_reproduced_row(step.name, [step]) for step in one.steps]
     else:
-        title, rows = "computed again", [_reproduced_row(one.id, one.steps) for one in found]
+        title, rows = "recomputed", [_reproduced_row(one.id, one.steps) for one in found]
     if rows:
         table(title, ["", "values", "outcome", "largest difference", "where"], rows)
     for one in found:
@@ -263,7 +263,7 @@ def _short(value: object) -> str:
 
 
 def _say_environments(found: "Sequence[Reproduction]") -> None:
-    """State once with which other versions the steps were computed when they were archived."""
+    """State once which other versions were used when the steps were archived."""
     changed = {(name, *both): None for one in found for step in one.steps for name, both in step.environment.items()}
     for name, then, now in changed:
         print_result(f"archived with {name} {then}, recomputed with {now}")

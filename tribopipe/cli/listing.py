@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 _MILLI = 1e3
 _FIRST = ("id", "mark", "load", "k_d", "law", "friction", "material", "medium", "started", "stage", "tags")
-"""Columns that a narrow terminal shows, the most important first; others come after them."""
+"""Columns shown on a narrow terminal, the most important first; others come after them."""
 
 
 class Cells(NamedTuple):
-    """One column as it is shown."""
+    """One displayed column."""
 
     name: str
     heading: str
@@ -30,7 +30,7 @@ class Cells(NamedTuple):
 
 
 def show_runs(title: str, runs: "Sequence[ListedRun]") -> None:
-    """Show the usual columns of runs, of those of which something is known as many as fit on the terminal."""
+    """Show the default columns that are not empty, as many as fit on the terminal."""
     coefficients, laws = _recommended(runs)
     known = {law for law in laws if law}
     columns = {cells.name: cells for cells in _usual(runs)}
@@ -51,7 +51,7 @@ def rows_of(columns: "Sequence[Cells]") -> list[Sequence[str]]:
 
 
 def chosen_columns(ranked: "Mapping[str, Cells]", order: Sequence[str]) -> list[Cells]:
-    """Return as many columns as fit on the terminal, the most important first among those tried, in their order.
+    """Return as many columns as fit on the terminal, chosen by importance and shown in their own order.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def chosen_columns(ranked: "Mapping[str, Cells]", order: Sequence[str]) -> list[
 
 
 def listed_cells(runs: "Sequence[ListedRun]", column: "ListedColumn") -> Cells:
-    """Return what runs have in a column: numbers with one unit, and one power of ten where they need one."""
+    """Return the cells of a column: numbers with one unit, and a common power of ten if they need one."""
     from tribopipe.archive.catalog.listing import PER_SI
 
     if column.kind != "number" or column.unit not in PER_SI:
@@ -104,14 +104,14 @@ def _in_unit(unit: str, numbers: "list[Number | None]") -> "tuple[str, list[Numb
 
 
 def _usual(runs: "Sequence[ListedRun]") -> "Iterator[Cells]":
-    """Give the columns that are shown unless others are chosen, but for those of which nothing is known."""
+    """Yield the columns that are shown by default, except those that are empty."""
     from tribopipe.archive.catalog.listing import usual_columns
 
     yield from (listed_cells(runs, column) for column in usual_columns(runs))
 
 
 def _recommended(runs: "Sequence[ListedRun]") -> "tuple[Cells, list[str]]":
-    """Return k_D of each run by the first law that it was fitted with, Archard's before others, and the law's name."""
+    """Return k_D of each run from the first law fitted to it, Archard's before others, and the names of these laws."""
     from tribopipe.archive.catalog.listing import COLUMNS
 
     fitted = [one for name, one in COLUMNS.items() if name.startswith("k_d") and not name.endswith("_disc")]
@@ -127,7 +127,7 @@ def _law(column: "ListedColumn | None") -> str:
 
 
 _ROWS = 20
-"""As many runs are listed on a terminal."""
+"""Largest number of runs listed on a terminal."""
 Where = Annotated[
     str,
     typer.Option(
@@ -183,7 +183,7 @@ def ls(
 
 
 def _document(run: "ListedRun") -> dict[str, Any]:
-    """Return all that is known of a run as JSON types, numbers in SI."""
+    """Return all data of a run in the catalog as JSON types, numbers in SI units."""
     from tribopipe.archive.catalog.listing import COLUMNS
 
     known = {name: _json(run, column) for name, column in COLUMNS.items()}
@@ -209,7 +209,7 @@ def _number_json(run: "ListedRun", column: "ListedColumn") -> dict[str, Any] | N
 
 
 def up_to_date(archive: "Path") -> "Catalogue":
-    """Return the catalog of an archive as it is now. Raises ``ArchiveError`` where there is no archive."""
+    """Return the current catalog of an archive. Raises ``ArchiveError`` if there is no archive."""
     from tribopipe.archive.catalog.catalog import Catalogue
 
     require_archive(archive)

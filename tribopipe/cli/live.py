@@ -1,4 +1,4 @@
-"""The command that follows a test while it goes on: live."""
+"""The command that follows a test while it is running: live."""
 
 import os
 import signal
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from tribopipe.extras.live.session import LiveUpdate, Session
 
 _NAP = 0.1
-"""How long nothing is looked at while waiting, s."""
+"""Interval at which an interrupt is checked for while waiting, s."""
 _LONG = 60.0
-"""Time, s, without a new sample after which a test may have stopped."""
+"""Time without a new sample after which a test may have stopped, s."""
 _LONGER = 5.0
-"""Times as long as ever before."""
+"""Ratio to the longest earlier pause."""
 Tell = Callable[["LiveUpdate"], None]
 
 
@@ -129,7 +129,7 @@ def _known(
 def _looks(
     session: "Session", every: float, until_still: float | None, goes_on: Callable[[], bool]
 ) -> "Iterator[LiveUpdate]":
-    """Look again and again, until nothing has come for so long, or nobody wants to go on."""
+    """Yield updates until there is no new sample for the idle time, or until interrupted."""
     grown, longest = time.monotonic(), 0.0
     while goes_on():
         yield session.look()
@@ -152,7 +152,7 @@ def _wait(seconds: float, goes_on: Callable[[], bool]) -> None:
 
 @contextmanager
 def _until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Yield a function that returns whether to go on: Ctrl-C ends after the current update, a second Ctrl-C at once."""
+    """Yield a function that returns whether to continue: Ctrl-C stops after this update, a second one at once."""
     interrupts: list[int] = []
     before = signal.getsignal(signal.SIGINT)
 
@@ -170,7 +170,7 @@ def _until_interrupted() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def _display(session: "Session", *, as_json: bool) -> Iterator[Tell]:
-    """Give a function that shows an update: lines, or on a terminal one display that is refreshed."""
+    """Yield a function that shows an update: as lines, or on a terminal as a display that is refreshed."""
     if as_json or not sys.stderr.isatty():
         yield lambda update: _tell_lines(session, update, as_json=as_json)
         return
@@ -194,7 +194,7 @@ def _show_cursor() -> None:
 
 
 def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> None:
-    """Report an update that states something new."""
+    """Report an update with new content."""
     if as_json and (session.grew or update.alarms):
         print_json(record_json(update), indent=None)
     elif session.grew:
@@ -204,7 +204,7 @@ def _tell_lines(session: "Session", update: "LiveUpdate", *, as_json: bool) -> N
 
 
 def _lines(update: "LiveUpdate") -> Iterator[str]:
-    """Write an update for people."""
+    """Yield the lines of an update as text."""
     from tribopipe.base.units import WEAR_COEFFICIENT
     from tribopipe.documents.quantity import between
 
@@ -224,7 +224,7 @@ def _lines(update: "LiveUpdate") -> Iterator[str]:
 
 
 def _draw(session: "Session", update: "LiveUpdate", path: Path) -> None:
-    """Keep a picture up to date, once there is something to draw."""
+    """Update the figure, if there is something to draw."""
     from tribopipe.extras.live.figure import plot_live
     from tribopipe.views.run_figures import save_figure
 

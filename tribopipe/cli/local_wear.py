@@ -1,4 +1,4 @@
-"""The command that wears a surface where it touches: archived runs, or run folders with a given wear coefficient."""
+"""The command that simulates local wear: of archived runs, or of run folders with a given wear coefficient."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class _Asked:
-    """What local wear is asked for, as written on the command line."""
+    """Options of local-wear, as given on the command line."""
 
     law: Law
     recipe: "Recipe"
@@ -50,7 +50,7 @@ class _Asked:
     force: bool
 
     def places(self, manifest: "RunManifest") -> list[float]:
-        """Return where to wear to, m or rotations; nothing where that was not stated."""
+        """Return the sliding distances, m, or rotations to simulate; nothing if none are specified."""
         return [place("--at", text, manifest.progress) for text in self.at]
 
 
@@ -67,8 +67,8 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D with V = k_D·F_N·s, such as "13.5e-9 mm^3/(N*mm)"; for two discs, specify the option twice, for '
-            "the crowned disc and for the cylindrical disc. Default: from the archived fit."
+            help='Wear coefficient k_D in V = k_D·F_N·s, such as "13.5e-9 mm^3/(N*mm)"; for two discs, specify the '
+            "option twice: first for the crowned disc, then for the cylindrical disc. Default: from the archived fit."
         ),
     ] = None,
     engine: Annotated[
@@ -80,7 +80,7 @@ def local_wear(
         typer.Option(
             help=(
                 "Pressure at the end of each step (implicit), at its start as in the paper (explicit), or "
-                "economy as in UMESHMOTION: the contact is corrected instead of solved again."
+                "economy as in UMESHMOTION: the contact is corrected instead of being solved again."
             ),
         ),
     ] = "implicit",
@@ -96,16 +96,16 @@ def local_wear(
         typer.Option(
             min=0,
             help=(
-                "Steps between updates of the finite elements to the worn shape (economy: between contact "
-                "solutions); 0: never."
+                "Number of wear steps between updates of the finite-element mesh to the worn shape (with economy: "
+                "between contact solutions); 0 disables updates."
             ),
         ),
     ] = 50,
     stress_loss: Annotated[
         float,
-        typer.Option(min=0, max=0.5, help="Fraction of the stresses that is lost in each increment of the economy."),
+        typer.Option(min=0, max=0.5, help="Fraction of the stresses lost per increment of the economy scheme."),
     ] = 0.0,
-    figures: Annotated[Path | None, typer.Option(help="Folder to save figures into.")] = None,
+    figures: Annotated[Path | None, typer.Option(help="Output folder for figures.")] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
@@ -113,7 +113,7 @@ def local_wear(
 ) -> None:
     """Simulate wear with the local contact pressure.
 
-    The Global Incremental Wear Model, with which it is compared, takes the mean pressure.
+    The result is compared with the Global Incremental Wear Model, which uses the mean pressure.
 
     Archived runs are simulated with their own k_D up to the end of the test, and the result is archived with the
     pressure fields. A run folder requires --wear-coefficient; its result is shown, but not archived.
@@ -150,7 +150,7 @@ def local_wear(
 
 
 def _worn(folders: list[Path], store: "Archive | None", ids: list[str], asked: _Asked) -> "Iterator[Outcome]":
-    """Wear each run; one that fails does not stop the others."""
+    """Simulate each run; one that fails does not stop the others."""
     from tribopipe.pipeline.stages import attempted
 
     steps: list[tuple[str, Callable[[], Outcome]]]

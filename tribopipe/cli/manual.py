@@ -1,4 +1,4 @@
-"""The documentation as it comes with the package: pages, texts on errors and findings, and answers to questions.
+"""The documentation in the package: pages, texts on errors and findings, and answers to questions.
 
 docs/questions.toml has for each page a one-line answer, a command, questions, and other words for what it is about. A
 page is as close to a question as it has words of it; a word counts for more, the fewer pages have it.
@@ -18,7 +18,7 @@ from tribopipe.shipped import shipped
 
 _MESSAGES = "messages"
 _OF_THE_SITE = {"index", "changelog", "contributing", "evidence"}
-"""Pages that show others."""
+"""Pages that list others."""
 _COMMENT = re.compile(r"<!--.*?(?:-->\n?|\Z)", re.DOTALL)
 _SECTION = re.compile(r"^### (\S+)\n", re.MULTILINE)
 _NEXT_PART = re.compile(r"^## ", re.MULTILINE)
@@ -28,14 +28,14 @@ _NEXT_PART = re.compile(r"^## ", re.MULTILINE)
 def sections() -> dict[str, str]:
     """Return the manual entry of each error and finding code, as Markdown.
 
-    Raises ``InternalError`` where the pages were not installed.
+    Raises ``InternalError`` if the pages are not installed.
     """
     _, *found = _SECTION.split(page(_MESSAGES))
     return {code: _NEXT_PART.split(said)[0].strip() for code, said in zip(found[::2], found[1::2], strict=True)}
 
 
 def pages() -> list[str]:
-    """Return the names of the pages. Raises ``InternalError`` where they were not installed."""
+    """Return the names of the pages. Raises ``InternalError`` if they are not installed."""
     return sorted({path.stem for path in _folder().glob("*.md")} - _OF_THE_SITE)
 
 
@@ -50,7 +50,7 @@ def title(name: str) -> str:
 
 
 def pages_about(words: str) -> list[str]:
-    """Return the names of the pages with some words: first those with them in a heading, then those with them often."""
+    """Return the pages that contain some words: first those with the words in a heading, then by occurrences."""
     sought = re.compile(rf"(?<!\w){re.escape(words)}(?!\w)", re.IGNORECASE)
     found = {}
     for name in pages():
@@ -61,7 +61,7 @@ def pages_about(words: str) -> list[str]:
 
 
 def links(codes: list[str]) -> list[str]:
-    """Return where the site has the sections of some codes; nothing as long as the package names no site."""
+    """Return the addresses of the sections on some codes; nothing if the package does not specify a site."""
     from importlib.metadata import PackageNotFoundError, metadata
 
     try:
@@ -80,7 +80,7 @@ _FILE = "docs/questions.toml"
 _WORD = re.compile(r"±|[^\W_]+(?:_[^\W_]+)*")
 ENDINGS = ("ing", "ed", "es", "s", "e")
 SHORTEST = 3
-"""As many letters of a word are left when its ending is removed."""
+"""Smallest number of letters left when the ending of a word is removed."""
 PASSED_OVER = frozenset(
     [
         "a",
@@ -143,34 +143,34 @@ PASSED_OVER = frozenset(
     ]
 )
 _SIMILAR = 0.8
-"""A word that is in no entry counts as one as similar as this, so that a slip of the finger does not matter."""
+"""Similarity at which an unknown word counts as one of the entries, so that typing errors do not matter."""
 _AGAIN = 0.3
-"""What a second mention in the same entry counts, as a part of the first."""
+"""Weight of a second mention in the same entry, relative to the first."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What a page answers."""
+    """Content of a page, for answering questions."""
 
     answer: str
     """One or two sentences."""
     command: str | None = None
-    """What to type."""
+    """Command to type."""
     questions: Sequence[str]
     words: str
-    """Other words that people use."""
+    """Other words for the same content."""
 
 
 @cache
 def entries() -> dict[str, Entry]:
-    """Return the entries by the names of their pages. Raises ``InternalError`` where they were not installed."""
+    """Return the entries by the names of their pages. Raises ``InternalError`` if they are not installed."""
     with shipped(_FILE).open("rb") as file:
         return {name: Entry(**entry) for name, entry in tomllib.load(file).items()}
 
 
 @cache
 def weights() -> dict[str, dict[str, float]]:
-    """Return how much each stem counts for each page that has it, by the stem and the name of the page."""
+    """Return the weight of each stem for each page that contains it, by the stem and the name of the page."""
     counts = {name: Counter(stems(" ".join((*one.questions, one.words)))) for name, one in entries().items()}
     pages_with = Counter(stem for count in counts.values() for stem in count)
     found: dict[str, dict[str, float]] = {}
@@ -182,7 +182,7 @@ def weights() -> dict[str, dict[str, float]]:
 
 
 def pages_for(question: str) -> list[str]:
-    """Return the names of the pages that answer a question, the closest first; none where no word of it is known."""
+    """Return the names of the pages that answer a question, the best first; none if none of its words is known."""
     scores: Counter[str] = Counter()
     for one in dict.fromkeys(map(_known, stems(question))):
         scores.update(weights().get(one, {}))
@@ -190,18 +190,18 @@ def pages_for(question: str) -> list[str]:
 
 
 def has_words_of(topic: str) -> bool:
-    """Return whether each word of a topic is in some entry as it stands."""
+    """Return whether each word of a topic occurs unchanged in an entry."""
     asked = stems(topic)
     return bool(asked) and all(one in weights() for one in asked)
 
 
 def stems(text: str) -> list[str]:
-    """Return the words of a text that count, without their endings."""
+    """Return the significant words of a text, without their endings."""
     return [stem(word) for word in _WORD.findall(text.lower()) if word not in PASSED_OVER]
 
 
 def stem(word: str) -> str:
-    """Return a word in small letters without its ending: "spik" of "spike" and of "spikes"."""
+    """Return a word in lower case without its ending: "spik" of "spike" and of "spikes"."""
     for ending in ENDINGS:
         left = word.removesuffix(ending)
         if left != word and len(left) >= SHORTEST:

@@ -150,7 +150,7 @@ def _document(made: "NewRun") -> dict[str, Any]:
 
 
 def _somebody_to_ask() -> "Ask | None":
-    """Give what asks a question, on a terminal alone; Ctrl-C and the end of input stop the command."""
+    """Return the function that asks a question, on a terminal only; Ctrl-C and the end of input stop the command."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         return None
     return _answer

@@ -1,4 +1,4 @@
-"""What lies in and below a folder, and what to do next with it: shown by `tribopipe` without a command."""
+"""The content of a folder, and what to do next with it: shown by `tribopipe` without a command."""
 
 import os
 from collections import Counter, deque
@@ -19,35 +19,35 @@ if TYPE_CHECKING:
 
 
 _OF_INSTRUMENTS = {".asc", ".csv", ".dat", ".dwf", ".lvm", ".tdms", ".tsv", ".txt", ".xls", ".xlsx"}
-"""How names of exports end; their readers identify the content."""
+"""Suffixes of exports; their readers identify the content."""
 _LEVELS, _MOST_ENTRIES = 2, 20_000
-"""How deep is looked, and at how much: nobody waits for a home folder to be walked through."""
+"""Largest depth and number of files examined, so that a home folder does not take long."""
 
 
 @dataclass
 class Whereabouts:
-    """What was found."""
+    """Content of a folder."""
 
     runs: dict[Path, str] = field(default_factory=dict)
     """SHA-256 of the run.toml in each run folder."""
     studies: list[Path] = field(default_factory=list)
     exports: list[Path] = field(default_factory=list)
-    """Files outside of run folders that are called as instruments call what they export."""
+    """Files outside run folders that are named like exports of instruments."""
     archived: "list[ListedRun]" = field(default_factory=list)
     studied: set[str] = field(default_factory=set)
     """Ids of the studies in the archive."""
     unreadable: dict[str, str] = field(default_factory=dict)
-    """Why files of the archive cannot be read, and what to do, by the ids in their names."""
+    """Why files in the archive cannot be read, and the remedy, by the ids in their names."""
 
     def folder_of(self, run: "ListedRun") -> Path | None:
-        """Return the folder of an archived run: the one with its run.toml, or that is called as the run is."""
+        """Return the folder of an archived run: the one with its run.toml, or with the name of the run."""
         same = (path for path, sha256 in self.runs.items() if sha256 == run.text("run_toml"))
         called = (path for path in self.runs if path.name == run.id)
         return next(same, None) or next(called, None)
 
 
 def look_around(folder: Path, archive: Path) -> Whereabouts:
-    """Look at a folder, and at the catalog of an archive if there is one."""
+    """Examine a folder, and the catalog of its archive if there is one."""
     from tribopipe.base.files import sha256_of
 
     found = Whereabouts()
@@ -75,7 +75,7 @@ def _look_into(archive: Path, found: Whereabouts) -> None:
 
 
 def _below(folder: Path, archive: Path) -> Iterator[list[Path]]:
-    """Give the files in a folder, and in each a little below; nothing below a run folder, and nothing hidden."""
+    """Yield the files in a folder and in a few levels below it, except in run folders and hidden folders."""
     left, room = deque([(folder, 0)]), _MOST_ENTRIES
     while left and room > 0:
         here, level = left.popleft()
@@ -112,27 +112,27 @@ def ids_in(documents: Iterable[Path]) -> dict[Path, str]:
 
 
 _NAMED = 3
-"""As many are named one by one."""
+"""Largest number of runs that are named."""
 _BEFORE_A_FIT = {"ingested", "preprocessed", "corrected", "friction", "wear rate"}
-"""How far runs are, as the catalog calls it, that were not fitted."""
+"""Stages in the catalog of runs that have not been fitted."""
 
 _DEPTH = "a depth signal"
 _SIGNALS = {_DEPTH, "a friction signal"}
-"""What may be missing and no run.toml can add."""
+"""Missing signals, which cannot be added in run.toml."""
 _END_VALUE = "a post-test measurement of the pin"
 _MEASURED = ("end_depth", "wear_rate")
-"""Columns that hold what was measured after a test."""
+"""Columns of post-test measurements."""
 
 
 class NextStep(NamedTuple):
-    """One thing to do."""
+    """One suggested step."""
 
     why: str
     commands: tuple[str, ...]
 
 
 def say_next_steps() -> None:
-    """Report what there is in the current folder, and what to do next with it."""
+    """Report the content of the current folder, and what to do next with it."""
     found = look_around(Path(), DEFAULT_ARCHIVE)
     print_result(_standing(found))
     for step in next_steps(found):
@@ -144,7 +144,7 @@ def say_next_steps() -> None:
 
 
 def next_steps(found: Whereabouts) -> Iterator[NextStep]:
-    """Give what to do next, the most urgent first."""
+    """Yield what to do next, the most urgent first."""
     if not found.runs and not found.archived and not found.unreadable:
         yield from _beginnings(found)
         return
@@ -159,7 +159,7 @@ def next_steps(found: Whereabouts) -> Iterator[NextStep]:
 
 
 def _left_over(found: Whereabouts) -> Iterator[NextStep]:
-    """Find what was not brought to its end."""
+    """Find unfinished work."""
     new, amended = _not_as_archived(found)
     yield from _of_unreadable(found)
     yield from _of_folders(new, amended, found)
@@ -199,7 +199,7 @@ def _beginnings(found: Whereabouts) -> Iterator[NextStep]:
 
 
 def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
-    """Return the run folders that are not in the archive, and those that are with another run.toml."""
+    """Return the run folders that are not in the archive, and those archived with a different run.toml."""
     kept, archived = {run.text("run_toml") for run in found.archived}, {run.id for run in found.archived}
     others = [folder for folder, sha256 in found.runs.items() if sha256 not in kept]
     said = ids_in(folder / RUN_TOML for folder in others)
@@ -209,14 +209,14 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
 
 
 def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
-    """Report what to do with files of the archive that cannot be read."""
+    """Report what to do about files in the archive that cannot be read."""
     if found.unreadable:
-        why = f"{_counted(len(found.unreadable), 'file')} of the archive cannot be read: show the reasons"
+        why = f"{_counted(len(found.unreadable), 'file')} in the archive cannot be read: show the reasons"
         yield NextStep(why, ("tribopipe verify",))
 
 
 def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts) -> Iterator[NextStep]:
-    """Report what to do with run folders that are not in the archive as they are."""
+    """Report what to do with run folders that are new or have changed since they were archived."""
     if new:
         places = _places(new, within=found.runs)
         commands = (f"tribopipe check {places}", f"tribopipe process {places}")
@@ -228,7 +228,7 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
 
 
 def _of_archived(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
-    """Find runs that were not taken all the way."""
+    """Find runs whose processing is incomplete."""
     uncorrected = [run for run in runs if "drift_correction" not in run.texts("steps")]
     unfitted = [run for run in runs if run.text("stage") in _BEFORE_A_FIT]
     if uncorrected:
@@ -241,23 +241,23 @@ def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
     warned = [run for run in runs if run.value("findings")]
     if warned:
         told = f"tribopipe show {warned[0].id}" if len(warned) == 1 else 'tribopipe ls --where "findings>0"'
-        yield NextStep(f"The checks warn of {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
+        yield NextStep(f"Warnings on {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
 
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Report which runs with a [contact] have no wear coefficient, and what has to be added to their run.toml."""
+    """Report which runs with a [contact] have no wear coefficient, and what to add to their run.toml."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
         lacks = " and ".join(_to_be_added(runs[0]))
-        why = f"{_are(runs, 'run')} without a wear coefficient ({_named(runs)}); missing: {lacks}"
+        why = f"{_have(runs)} no wear coefficient ({_named(runs)}); missing: {lacks}"
         yield _amending(runs[0], f"{why}: add the measured values to", found)
 
 
 def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Report which wear coefficients rest on the depth sensor alone, and how to give them a post-test measurement."""
+    """Report which wear coefficients are based on the depth sensor alone, and how to add a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
-        why = f"{_are(runs, 'run')} without {_END_VALUE} ({_named(runs)}), k_D from the depth sensor alone"
+        why = f"{_have(runs)} no post-test measurement of the pin ({_named(runs)}); k_D is from the depth sensor alone"
         yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 
 
@@ -266,7 +266,7 @@ def _fitted(runs: "Sequence[ListedRun]") -> "list[ListedRun]":
 
 
 def _was_measured(run: "ListedRun") -> bool:
-    """Return whether wear was measured after a test, as it always was of two discs that are fitted."""
+    """Return whether wear was measured after a test, which is always true of two discs with a fit."""
     return run.text("tribometer") == "twin-disc" or any(run.value(name) is not None for name in _MEASURED)
 
 
@@ -290,15 +290,13 @@ def _of_studies(found: Whereabouts) -> Iterator[NextStep]:
 
 
 def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
-    """Report what can be made of wear coefficients and wear rates once all is evaluated."""
+    """Report what can be done with wear coefficients and wear rates once all runs are evaluated."""
     known = [run for run in runs if run.value("k_d") is not None]
     rated = [run for run in runs if run.value("k_d") is None and run.value("wear_rate") is not None]
     if known:
         yield from _of_wear_coefficients(known, found)
     if rated:
-        why = (
-            f"{_are(rated, 'run')} without a fitted k_D: predict from the wear rate, which equals k_D of Archard's law"
-        )
+        why = f"{_have(rated)} no fitted k_D: predict from the wear rate, which equals k_D of Archard's law"
         yield NextStep(why, ("tribopipe help scar_only",))
     subject = min(found.studied, default=next((run.id for run in known + rated), None))
     if subject is not None and not Path(f"{subject}.html").exists():
@@ -323,6 +321,10 @@ def _are(things: Sequence[object], one: str, many: str = "") -> str:
     return f"{_counted(len(things), one, many)} {'is' if len(things) == 1 else 'are'}"
 
 
+def _have(runs: "Sequence[ListedRun]") -> str:
+    return f"{_counted(len(runs), 'run')} {'has' if len(runs) == 1 else 'have'}"
+
+
 def _counted(count: int, one: str, many: str = "") -> str:
     return f"{count} {one if count == 1 else many or f'{one}s'}"
 
@@ -333,7 +335,7 @@ def _named(runs: "Sequence[ListedRun]") -> str:
 
 
 def _places(folders: Sequence[Path], within: Collection[Path]) -> str:
-    """Name folders for a command line: each where they are few, else the folder that all lie in."""
+    """Name folders for a command line: each if there are few, else the folder that contains them all."""
     if len(folders) == 1 or (len(folders) <= _NAMED and len(folders) < len(within)):
         return " ".join(map(_quoted, folders))
     return _all_in(folders)

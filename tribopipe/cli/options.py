@@ -1,4 +1,4 @@
-"""Options and command groups that several commands share, and how what is written for options is read."""
+"""Options and command groups shared by several commands, and how values of options are read."""
 
 import os
 import re
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 DEFAULT_ARCHIVE = Path("archive")
 RUN_TOML = "run.toml"
-"""Name of the manifest, known without loading what reads it."""
+"""Name of the manifest, repeated here so that its reader is not loaded."""
 _FRICTION = re.compile(r"A\s*=\s*(\S{1,40})[\s,;]{1,40}b\s*=\s*(\S{1,40})[\s,;]{1,40}c\s*=\s*(.+)", re.DOTALL)
 
 
 def archived_ids(context: typer.Context) -> list[str]:
-    """Complete ids from the archive named so far, or the one in the current folder."""
+    """Complete ids from the archive specified so far, or the one in the current folder."""
     found = Path(context.params.get("archive") or DEFAULT_ARCHIVE).glob("*.h5")
     return sorted(path.stem for path in found if path.stem.isprintable())
 
@@ -96,7 +96,7 @@ RunIds = Annotated[
 
 
 def law_names() -> list[str]:
-    """Complete the names of wear laws: tribopipe's and those of other packages."""
+    """Complete the names of wear laws, including those of other packages."""
     from tribopipe.base.plugins import declared
 
     return list(dict.fromkeys(entry.name for entry in declared("tribopipe.laws")))
@@ -132,7 +132,7 @@ Pressure = Annotated[
 
 
 def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
-    """Open an archive folder. Raises ``ArchiveError`` where it should be there and is not."""
+    """Open an archive folder. Raises ``ArchiveError`` if it must exist and does not."""
     from tribopipe.archive.store import Archive
 
     if must_exist or folder.is_dir():
@@ -141,7 +141,7 @@ def load_archive(folder: Path, *, must_exist: bool = True) -> "Archive":
 
 
 def require_archive(folder: Path) -> None:
-    """Raise ``ArchiveError`` where there is no archive folder, or a run folder in its place."""
+    """Raise ``ArchiveError`` if there is no archive folder, or a run folder in its place."""
     from tribopipe.base.errors import ArchiveError
 
     if (folder / RUN_TOML).is_file():
@@ -156,7 +156,7 @@ def require_archive(folder: Path) -> None:
 
 
 def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe":
-    """Read a recipe, or take the default one, with another engine where one is named."""
+    """Read a recipe, by default the default recipe, with another engine if one is specified."""
     from tribopipe.documents.recipe import Recipe
     from tribopipe.documents.record import load_toml
 
@@ -167,7 +167,7 @@ def load_recipe(path: Path | None, engine: WearEngine | None = None) -> "Recipe"
 
 
 def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
-    """Return the ids asked for, or all. Raises ``ArchiveError`` where there is none."""
+    """Return the requested ids, or all. Raises ``ArchiveError`` if there is none."""
     from tribopipe.base.errors import ArchiveError
 
     chosen = ids or archive.ids()
@@ -179,7 +179,7 @@ def chosen_ids(archive: "Archive", ids: list[str] | None) -> list[str]:
 
 
 def parsed(option: str, text: str, kind: str) -> float:
-    """Read an option as SI."""
+    """Read an option in SI units."""
     from tribopipe.base.errors import UnitError
     from tribopipe.base.units import parse
 
@@ -190,7 +190,7 @@ def parsed(option: str, text: str, kind: str) -> float:
 
 
 def place(option: str, text: str, progress: "Progress") -> float:
-    """Read a place along the progress of a contact, SI: a sliding distance, or rotations."""
+    """Read a position along the progress of a contact in SI units: a sliding distance, or rotations."""
     from tribopipe.base.errors import UnitError
 
     if progress.kind != "count":
@@ -244,7 +244,7 @@ _SHARD = re.compile(r"([0-9]{1,9})/([0-9]{1,9})")
 
 
 class Part(NamedTuple):
-    """Which part of a batch is done here."""
+    """The part of a batch to process."""
 
     number: int
     """From 1."""
@@ -287,9 +287,9 @@ Shard = Annotated[
 
 
 def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
-    """Return who does a batch, with so many processes at once by default; 0 for as many as there are cores.
+    """Return the workers of a batch, with this number of parallel processes by default; 0 for all cores.
 
-    Raises ``BadParameter`` for a number of jobs where a scheduler has its own workers.
+    Raises ``BadParameter`` for a number of jobs with a scheduler, which has its own workers.
     """
     from tribopipe.base.executor import Crew
 
@@ -303,7 +303,7 @@ def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
 
 
 def seen_by(who: "Crew", path: Path) -> Path:
-    """Return a path as the crew finds it: workers of a scheduler stand in folders of their own."""
+    """Return a path as the workers find it: those of a scheduler have other current folders."""
     return path if who.scheduler is None else path.absolute()
 
 
@@ -313,10 +313,10 @@ def _cores() -> int:
 
 
 class HelpPanels(TyperGroup):
-    """A group whose help lists commands under the names of their panels, and cuts no sentence off."""
+    """A group whose help lists commands by panel, without truncated sentences."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write a section for each panel, in the order in which panels come."""
+        """Write a section for each panel, in the order of the panels."""
         panels: dict[str, list[tuple[str, str]]] = {}
         for name in self.list_commands(ctx):
             command: Any = self.get_command(ctx, name)

@@ -26,13 +26,13 @@ _JSON_ASKED = ContextVar("json_asked", default=False)
 
 
 _UNSEEN = "[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
-"""Characters that would steer a terminal, or turn and hide what stands next to them."""
+"""Characters that would control a terminal, or reverse or hide adjacent text."""
 _NO_LAYOUT = re.compile(rf"(?![\n\t]|\x1b\[[01]m){_UNSEEN}")
-"""Those that are neither ends of lines nor tabs, nor begin or end what is bold."""
+"""Those characters, except line ends, tabs, and the start and end of bold text."""
 
 
 def safe(text: str) -> str:
-    """Return a text in which no name of a file steers the terminal; its lines, tabs and what is bold stay."""
+    """Return a text without characters that control the terminal; lines, tabs and bold are kept."""
     return _NO_LAYOUT.sub(_escaped, text)
 
 
@@ -42,7 +42,7 @@ def say(text: str) -> None:
 
 
 def print_result(text: str) -> None:
-    """Put a result on stdout, or on stderr where ``--json`` asks for a document there; as safely as ``say``."""
+    """Print a result to stdout, or to stderr if ``--json`` requests a document on stdout; as safely as ``say``."""
     _put(text, on_stderr=_JSON_ASKED.get())
 
 
@@ -54,9 +54,9 @@ def _put(text: str, *, on_stderr: bool) -> None:
 
 
 def line_width(*, on_stderr: bool | None = None) -> int | None:
-    """Return the maximum line width, from COLUMNS or the terminal; none for output to a file or a pipe.
+    """Return the maximum line width, from COLUMNS or the terminal; None for output to a file or a pipe.
 
-    By default that of results.
+    By default, that of results.
     """
     stream = sys.stderr if (_JSON_ASKED.get() if on_stderr is None else on_stderr) else sys.stdout
     if not stream.isatty():
@@ -69,26 +69,26 @@ def line_width(*, on_stderr: bool | None = None) -> int | None:
 
 
 _NARROWEST = 40
-"""As narrow a terminal is written for; a narrower one wraps lines itself."""
+"""Smallest width for which text is laid out; a narrower terminal wraps lines itself."""
 _BOLD = re.compile(r"\x1b\[[01]m")
 
 
 def _wrapped(line: str, width: int) -> Sequence[str]:
-    """Break a line that is wider than the terminal at its spaces, further lines further in than the first one."""
+    """Break a line that is wider than the terminal at its spaces, with further lines indented."""
     if _width(_BOLD.sub("", line)) <= width:
         return [line]
     return wrapped(line, width, "", " " * (len(line) - len(line.lstrip()) + 2))
 
 
 _WITHIN_NUMBER = re.compile(r"(?<=\d) (?=[±µmnNs°%])|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)")
-"""A space within a number with its uncertainty and its unit."""
+"""A space within a number with its uncertainty and unit."""
 
 
 _COMMAND = re.compile("`[^`]*`")
 
 
 def wrapped(text: str, width: int, first: str, others: str) -> list[str]:
-    """Break a text into lines of a width at its spaces, but not within numbers, nor within commands that fit a line."""
+    """Break a text at spaces into lines of a width, but not within numbers or commands that fit on a line."""
 
     def whole(command: re.Match[str]) -> str:
         return command[0].replace(" ", "\u00a0") if len(command[0]) < width - len(others) else command[0]
@@ -106,13 +106,13 @@ def wrapped(text: str, width: int, first: str, others: str) -> list[str]:
 
 
 def keep_stdout_for_json(asked: bool) -> bool:
-    """Keep stdout for the document that ``--json`` asks for, or for results."""
+    """Reserve stdout for the document requested by ``--json``, or for results."""
     _JSON_ASKED.set(asked)
     return asked
 
 
 def print_json(document: Any, *, indent: int | None = 2) -> None:
-    """Put one JSON document on stdout, in printable ASCII, which every console and pipe can carry."""
+    """Print one JSON document to stdout in printable ASCII, which every console and pipe can encode."""
     typer.echo(json.dumps(document, indent=indent).replace("\x7f", r"\u007f"))
 
 
@@ -126,15 +126,15 @@ def print_file(content: bytes) -> None:
 
 
 def record_json(record: Any) -> Any:
-    """Turn a record, or nothing, into JSON types."""
+    """Convert a record, or None, to JSON types."""
     return None if record is None else record.model_dump(mode="json", by_alias=True)
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, spaced: bool = True) -> None:
-    """Show a table; no cell is cut, and none is wider than the terminal.
+    """Show a table; no cell is truncated or wider than the terminal.
 
-    On a terminal that is too narrow texts within cells are broken, or else each row is shown as lines of its own.
-    ``spaced`` sets it apart from its title and from what follows.
+    On a terminal that is too narrow, texts within cells are broken, or each row is shown on separate lines.
+    With ``spaced``, blank lines separate it from its title and from the text below.
     """
     print_result("\n".join(_lines(title, columns, rows, spaced=spaced)))
 
@@ -154,7 +154,7 @@ def _escaped(found: re.Match[str]) -> str:
 
 
 def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, spaced: bool) -> Iterator[str]:
-    """Write a table: its title, the heads of its columns in bold over a rule, and its rows."""
+    """Yield the lines of a table: its title, the column headers in bold above a rule, and its rows."""
     shown = [[seen(cell) for cell in row] for row in (columns, *rows)]
     between = [""] if spaced else []
     yield from [seen(title), *between] if title else between
@@ -163,7 +163,7 @@ def _lines(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *,
 
 
 def laid_out(shown: Sequence[Sequence[str]], width: int | None) -> Iterator[str]:
-    """Lay out rows, the first of which are the heads, within a width if there is one."""
+    """Lay out rows, the first of which contains the headers, within a width if there is one."""
     gap, widths = _GAP, _widths(shown[0], shown)
     if width is not None and _total(widths, gap) > width:
         gap = _NARROW_GAP
@@ -180,7 +180,7 @@ def laid_out(shown: Sequence[Sequence[str]], width: int | None) -> Iterator[str]
 
 
 def fits(heads: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
-    """Return whether a table fits into a width with no cell broken but heads."""
+    """Return whether a table fits into a width without breaking cells other than headers."""
     bodies = (max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows))
     return _total(list(bodies), _NARROW_GAP) <= width
 
@@ -190,7 +190,7 @@ def _total(widths: Sequence[int], gap: str) -> int:
 
 
 def _narrowed(shown: Sequence[Sequence[str]], room: int) -> list[int] | None:
-    """Return column widths that fit the available width, wrapping headers before cells; none if none fit."""
+    """Return column widths that fit the available width, wrapping headers before cells; None if none fit."""
     heads, *rows = shown
     natural = _widths(heads, shown)
     bodies = [max([_least(head), *map(_width, cells)]) for head, cells in _columns_of(heads, rows)]
@@ -203,12 +203,12 @@ def _narrowed(shown: Sequence[Sequence[str]], room: int) -> list[int] | None:
 
 
 def _columns_of(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[tuple[str, Sequence[str]]]:
-    """Give the head and the cells of each column."""
+    """Yield the header and the cells of each column."""
     yield from ((head, [row[at] for row in rows]) for at, head in enumerate(heads))
 
 
 def _shared(wide: Sequence[int], narrow: Sequence[int], room: int) -> list[int]:
-    """Take from the widest columns until all fit, from none more than it can give."""
+    """Reduce the widest columns until all fit, none below its minimum width."""
     widths = list(wide)
     while sum(widths) > room:
         at = max(range(len(widths)), key=lambda place: (widths[place] > narrow[place], widths[place]))
@@ -217,16 +217,16 @@ def _shared(wide: Sequence[int], narrow: Sequence[int], room: int) -> list[int]:
 
 
 _BREAK = re.compile(r"(?<![±\d ]) ++(?!±)")
-"""Where a cell may be broken: not within a number with its uncertainty and unit."""
+"""Positions at which a cell may be broken: not within a number with its uncertainty and unit."""
 
 
 _LONG_WORD = 24
-"""From here on a word is broken after its points and slashes, as the path of a value is."""
+"""Length from which a word is broken after its points and slashes, such as the path of a value."""
 _WITHIN_WORD = re.compile(r"(?<=[./:])(?=\w)")
 
 
 def _pieces(cell: str) -> Iterator[tuple[str, str]]:
-    """Yield the unbreakable parts of a cell, each with the text before it on the same line."""
+    """Yield the unbreakable parts of a cell, each with the space before it on the same line."""
     for word in _BREAK.split(cell):
         parts = _WITHIN_WORD.split(word) if len(word) > _LONG_WORD and "±" not in word else [word]
         yield from ((part, "" if at else " ") for at, part in enumerate(parts))
@@ -237,7 +237,7 @@ def _least(cell: str) -> int:
 
 
 def _broken(cell: str, width: int) -> list[str]:
-    """Break the text of a cell into lines that are no wider than its column."""
+    """Break the text of a cell into lines no wider than its column."""
     if _width(cell) <= width:
         return [cell]
     lines = [""]
@@ -251,14 +251,14 @@ def _broken(cell: str, width: int) -> list[str]:
 
 
 def _beneath(cells: Sequence[Sequence[str]], widths: Sequence[int], gap: str) -> Iterator[str]:
-    """Write the cells of a row side by side, each on as many lines as it takes."""
+    """Write the cells of a row side by side, each on as many lines as needed."""
     for parts in itertools.zip_longest(*cells, fillvalue=""):
         padded = (part + " " * (width - _width(part)) for part, width in zip(parts, widths, strict=True))
         yield f" {gap.join(padded)}".rstrip()
 
 
 def _one_by_one(shown: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Write each row as lines of its own: what it is called, then what stands in each other column."""
+    """Write each row on separate lines: its name, then the cell of each other column."""
     (_, *heads), *rows = shown
     widest = max(map(_width, heads), default=0)
     for called, *cells in rows:
@@ -270,13 +270,13 @@ def _one_by_one(shown: Sequence[Sequence[str]]) -> Iterator[str]:
 
 
 def _widths(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> list[int]:
-    """Return how wide each column is shown, in characters of a terminal."""
+    """Return the width of each column, in terminal cells."""
     return [max(map(_width, cells)) for cells in zip(columns, *rows, strict=True)]
 
 
 @cache
 def _width(text: str) -> int:
-    """Return how many places of a terminal a text takes: two for a wide character, none for an accent put on it."""
+    """Return the width of a text in terminal cells: two for a wide character, none for a combining accent."""
     if text.isascii():
         return len(text)
     return sum(_places(character) for character in text)
@@ -290,10 +290,10 @@ def _places(character: str) -> int:
 
 
 class Advance(Protocol):
-    """Moves a bar."""
+    """Advances a progress bar."""
 
     def __call__(self, name: str, *, by: int = 1) -> None:
-        """Show the name of the work just done, and move by as much."""
+        """Show the name of the work just done, and advance by its amount."""
 
 
 def _go_unseen(name: str, *, by: int = 1) -> None: ...
@@ -301,7 +301,7 @@ def _go_unseen(name: str, *, by: int = 1) -> None: ...
 
 @contextmanager
 def progress(what: str, total: int | None) -> Iterator[Advance]:
-    """Show a bar on a terminal, and nothing elsewhere; call what is given with the name of the work just done."""
+    """Show a progress bar on a terminal, nothing elsewhere; call the yielded object with the name of the work done."""
     if not sys.stderr.isatty():
         yield _go_unseen
         return
@@ -323,12 +323,12 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
 
 
 def _clear_line() -> None:
-    """Remove a progress bar from a terminal and show the cursor; writes without a stream, which may be in use."""
+    """Remove a progress bar from a terminal and show the cursor, without a stream, which may be in use."""
     os.write(sys.stderr.fileno(), b"\r\x1b[K\x1b[?25h")
 
 
 def say_where_to_read(codes: Iterable[str]) -> None:
-    """Name the sections with more on errors and findings, on a terminal; nothing where they were not installed."""
+    """Name the sections with more on errors and findings, on a terminal only; nothing if they are not installed."""
     asked = dict.fromkeys(codes)
     if not asked or not sys.stderr.isatty():
         return
@@ -342,20 +342,20 @@ def say_where_to_read(codes: Iterable[str]) -> None:
 
 
 def located(path: Path, error: "TribopipeError") -> "TribopipeError":
-    """State in which folder the file is that an error names."""
+    """Add the folder of the file to an error that names only the file."""
     inside = str(error).startswith(path.name) and path.parent != Path()
     return type(error)(f"{path.parent}: {error}") if inside else error
 
 
 def in_order(outcomes: "Iterable[Outcome]") -> "list[Outcome]":
-    """Return outcomes of a batch in the order of its runs, whichever came first."""
+    """Return outcomes of a batch in the order of its runs, regardless of which finished first."""
     return sorted(outcomes, key=lambda outcome: outcome.place)
 
 
 def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:
-    """Report every failure, and exit accordingly; a run of which one step failed counts as failed.
+    """Report every failure, and exit accordingly; a run with a failed step counts as failed.
 
-    ``in_full`` is set where warnings were given as sentences, which the documentation explains.
+    ``in_full`` is set if warnings were printed as sentences, which the documentation explains.
     """
     failed_runs = {outcome.run_id for outcome in outcomes if outcome.error is not None}
     some_done = any(outcome.run_id not in failed_runs for outcome in outcomes)
@@ -367,7 +367,7 @@ def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:
 def exit_with(errors: "Sequence[TribopipeError]", *, some_done: bool, warned: Sequence[str] = ()) -> None:
     """Report every error once, and exit with 0, 1 (nothing done) or 3 (part of the batch failed).
 
-    ``warned`` names the checks that have warned of something meanwhile.
+    ``warned`` names the checks that have produced warnings.
     """
     for message in dict.fromkeys(str(error) for error in errors):
         say(f"error: {message}")

@@ -1,4 +1,4 @@
-"""A run or a study on less than a screen: what was tested and found, k_D under each law, and problems."""
+"""A run or a study on less than a screen: bodies, conditions, results, k_D under each law, and problems."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -37,7 +37,7 @@ def number(quantity: Quantity, unit: str) -> Number:
 
 
 Problems: TypeAlias = dict[tuple[str, str], list[str]]
-"""Runs by the severity and the code of what was found in them."""
+"""Runs by severity and code of their findings."""
 
 
 def by_kind(found: Iterable[tuple[str, Finding]]) -> Problems:
@@ -51,7 +51,7 @@ def by_kind(found: Iterable[tuple[str, Finding]]) -> Problems:
 
 
 def short_lines(problems: Problems, width: int | None, most: int) -> list[str]:
-    """Write problems as lines that fit a width, as many as ``most``; the last one counts those that are left."""
+    """Format problems as at most ``most`` lines that fit a width; the last one counts the remaining problems."""
     shown = list(problems.items()) if len(problems) <= most else list(problems.items())[: most - 1]
     lines = [_shortened(f"{severity}: {title(code)}: ", ids, width) for (severity, code), ids in shown]
     if len(shown) < len(problems):
@@ -70,13 +70,13 @@ def _shortened(what: str, ids: Sequence[str], width: int | None) -> str:
 
 
 _OF_BODIES = ("material", "shape", "radius", "radius of the flat", "crown radius", "diameter")
-"""What is stated about a body; of its radius and diameter the first one."""
+"""Properties of a body to show; of radius and diameter, only the first."""
 _WARNINGS, _REMARKS = 4, 2
-"""As many findings and remarks are named."""
+"""Largest number of findings and remarks that are named."""
 
 
 def show_run_overview(store: "Archive", run_id: str) -> None:
-    """Show a run to people in short."""
+    """Show a summary of a run."""
     page, outline = run_page(store, run_id), store.outline(run_id)
     show_head(page)
     tested, found = list(_tested(page, outline)), list(_found(store, outline))
@@ -160,7 +160,7 @@ def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
     if fit.parameters:
         yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
     if not fit.bodies and fit.lacks:
-        yield Fact("k_D", f"not found ({law}): {' and '.join(fit.lacks)} missing")
+        yield Fact("k_D", f"not determined ({law}): {' and '.join(fit.lacks)} missing")
 
 
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:
@@ -171,7 +171,7 @@ def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator
 
 
 def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
-    """Give how the run agrees with each law of each study; a damaged study is passed over."""
+    """Yield the agreement of the run with each law of each study; damaged studies are skipped."""
     run_id = outline.manifest.id
     for study_id in store.studies_of(run_id):
         with suppress(ArchiveError):
@@ -187,7 +187,7 @@ def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
 
 
 def _show_warnings(page: RunPage) -> None:
-    """Name what speaks against the run; each is given in full with -v."""
+    """Name the errors and warnings on the run; -v shows each in full."""
     named = [f"{one.severity}: {one.where}: {title(one.code)}" for one in page.findings if one.severity != "note"]
     notes = len(page.findings) - len(named)
     if notes:
@@ -203,9 +203,9 @@ def _show_warnings(page: RunPage) -> None:
 
 
 _LINES, _ABOUT_A_LAW = 30, 6
-"""As many lines are filled on a terminal, and as many are not rows under each law."""
+"""Number of lines to fill on a terminal, and of those under each law that are not rows."""
 _FEWEST, _LEFT_OUT, _PROBLEMS = 4, 3, 3
-"""As many rows are shown at least, and runs that were left out and problems at most."""
+"""Smallest number of rows shown, and largest numbers of excluded runs and of problems."""
 
 
 class _Row(NamedTuple):
@@ -215,7 +215,7 @@ class _Row(NamedTuple):
 
 
 def show_study_overview(result: StudyResult, archived: bool = True) -> None:
-    """Show a study to people in short; ``archived`` states that `study show` has more of it."""
+    """Show a summary of a study; if it is ``archived``, `study show` has more details."""
     heading(result.id, apart=False)
     paragraph("" if result.title in (None, result.id) else str(result.title))
     for law in result.laws:
@@ -238,7 +238,7 @@ def show_study_overview(result: StudyResult, archived: bool = True) -> None:
 
 
 def _show_extrapolations(verdicts: Sequence[RunVerdict]) -> None:
-    """Name the runs that are predicted outside what the model was tested for."""
+    """Name the runs that are predicted outside the range in which the model was tested."""
     beyond = dict.fromkeys(run.id for run in verdicts for note in run.notes if note.startswith("extrapolation"))
     if beyond:
         print_result(f"extrapolation, see the notes: {', '.join(beyond)}")
@@ -286,7 +286,7 @@ def _verdict_columns(rows: Sequence[_Row]) -> Iterator[Cells]:
 
 
 def _compared(rows: Sequence[_Row]) -> Iterator[Cells]:
-    """Give what was measured and what the law gives, in one unit, or each with its own where not all are alike."""
+    """Return measured and predicted values in one unit, or each with its own unit if the quantities differ."""
     pairs = [(row.body.measured, row.body.predicted) for row in rows]
     units = {_UNITS.get(row.body.measured.unit, row.body.measured.unit) for row in rows}
     for at, head in enumerate(("measured", "model")):

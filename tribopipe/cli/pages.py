@@ -21,7 +21,7 @@ _SAID = {
 
 
 def show_run_page(page: "RunPage") -> None:
-    """Show a run to people."""
+    """Show a run in full."""
     show_head(page)
     width = _widest(fact for group in page.facts for fact in group.facts)
     for group in page.facts:
@@ -38,7 +38,7 @@ def show_run_page(page: "RunPage") -> None:
 
 
 def show_head(page: "RunPage") -> None:
-    """Show what a run is called, whether it is marked bad, and its tags."""
+    """Show the title of a run, its mark if it is marked bad, and its tags."""
     heading(page.id, apart=False)
     paragraph("" if page.title == page.id else page.title)
     paragraph("" if page.bad is None else f"marked bad: {page.bad}")
@@ -60,12 +60,12 @@ def _show_stage(stage: "StagePage", *, apart: bool) -> None:
 
 
 def _noted(note: str) -> str:
-    """Report that something is a note, unless it is a finding, which has its own severity."""
+    """Label a note as such, unless it is a finding, which has its own severity."""
     return note if note.startswith(("warning: ", "note: ")) else f"note: {note}"
 
 
 def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
-    """Show a study to people: its tables, and in full what is stated about each run as well."""
+    """Show a study: its tables, and in full also the text on each run."""
     heading(page.id, f"(tribopipe {page.program_version}, {page.date})" if page.date else "", apart=False)
     paragraph("" if page.title == page.id else page.title)
     for law in page.laws:
@@ -83,18 +83,18 @@ def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
 
 
 def heading(text: str, more: str = "", *, apart: bool = True) -> None:
-    """Report what follows, in bold where that can be shown, apart from what stands above."""
+    """Print a heading after a blank line, in bold if the terminal can show it."""
     print_result(("\n" if apart else "") + f"{typer.style(seen(text), bold=True)} {seen(more)}".rstrip())
 
 
 def paragraph(text: str, indent: str = "  ") -> None:
-    """Report something in as many lines as it takes on a terminal, in one elsewhere; nothing where it is empty."""
+    """Print a paragraph, wrapped on a terminal, on one line elsewhere; nothing if it is empty."""
     if text:
         print_result(_wrapped(text, indent, f"{indent}  "))
 
 
 def show_facts(facts: "Sequence[Fact]", width: int) -> None:
-    """Report what is known, values beneath each other after names of some width."""
+    """Print facts, with aligned values after names of a given width."""
     for fact in facts:
         print_result(_wrapped(fact.value, f"  {seen(fact.name):<{width}}  ", " " * (width + 4)))
 

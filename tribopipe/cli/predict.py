@@ -1,4 +1,4 @@
-"""The command that predicts wear: from archived runs, or from a run folder and given wear coefficients."""
+"""The command that predicts wear, from archived runs or from a run folder and given wear coefficients."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ Scheme = Literal["exact", "published"]
 
 @dataclass(frozen=True)
 class _Asked:
-    """What a prediction is asked for, as written on the command line."""
+    """Options of a prediction, as given on the command line."""
 
     law: Law
     scheme: Scheme
@@ -64,7 +64,7 @@ class _Asked:
 
     @property
     def anything(self) -> bool:
-        """Whether anything is asked for with the law."""
+        """Whether any option other than the law is given."""
         changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
         how = (self.steps, self.distance, self.scheme == "published")
         return any((*changed, *how, self.coefficients, self.at, self.depth))
@@ -134,7 +134,7 @@ def predict(
     verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Predict wear at other loads, speeds, distances or slips.
+    """Predict wear at other loads, speeds, sliding distances or slip ratios.
 
     With a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With --from and
     --onto, runs are predicted from others, with 95 % bands and the agreement with the law. With none of these, every
@@ -242,7 +242,7 @@ def _predict(subject: Subject, asked: _Asked, reference: str | None) -> "WearPre
 
 
 def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
-    """Return what run.toml states, with the load, speed, slip and radius that are asked for instead."""
+    """Return the manifest with the load, speed, slip and radius specified on the command line."""
     from tribopipe.documents.slip import slip
 
     contact: Any = manifest.described
@@ -252,20 +252,20 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     if asked.speed is not None:
         changed[contact.progress.speed] = quantity("--speed", asked.speed, "speed")
     if manifest.rolls:
-        _refuse(asked.radius, "--radius", "of a pin", "of the crowned disc it is --crown-radius")
-        _refuse(asked.engine, "--engine", "of a pin", "two discs are predicted by the GIWM")
+        _refuse(asked.radius, "--radius", "a pin", "for the crowned disc, use --crown-radius")
+        _refuse(asked.engine, "--engine", "a pin", "wear of two discs is predicted with the GIWM")
         changed |= {"slip": _slip(asked.slip) if asked.slip is not None else slip(manifest), "flat_disc_speed": None}
     else:
-        _refuse(asked.slip, "--slip", "of two discs", "a pin has none")
-        _refuse(asked.crown_radius, "--crown-radius", "of two discs", "for a pin it is --radius")
-        _refuse(asked.distance, "--distance-per-rotation", "of two discs", "a pin slides all the way")
+        _refuse(asked.slip, "--slip", "two discs", "a pin has no slip")
+        _refuse(asked.crown_radius, "--crown-radius", "two discs", "for a pin, use --radius")
+        _refuse(asked.distance, "--distance-per-rotation", "two discs", "a pin slides over the whole distance")
     contact = _resized(contact, asked)
     conditions = manifest.conditions.model_copy(update=changed)
     return manifest.model_copy(update={"contact": contact, "conditions": conditions})
 
 
 def _resized(contact: Any, asked: _Asked) -> Any:
-    """Return a contact with the radius that is asked for instead: of a tip, or of a crown."""
+    """Return a contact with the specified radius: of a tip, or of a crown."""
     if asked.radius is not None:
         pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
         return contact.with_bodies(pin, contact.counterbody)
@@ -276,7 +276,7 @@ def _resized(contact: Any, asked: _Asked) -> Any:
 
 
 def _known(subject: Subject, asked: _Asked) -> "KnownWear":
-    """Return the k_D given, else that of the fit, with its engine and its distance convention."""
+    """Return the given k_D, or else the fitted one, with its engine and its distance convention."""
     from tribopipe.base.errors import FitError
     from tribopipe.evaluation.wear.scenario import given_wear, known_wear
 
@@ -301,23 +301,23 @@ def _known(subject: Subject, asked: _Asked) -> "KnownWear":
 
 
 def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quantity]":
-    """Read k_D by body; without a name, of the next body whose k_D is usually known."""
+    """Read k_D by body; without a name, for the next of the bodies that are usually fitted."""
     found: dict[str, Quantity] = {}
     for text in texts:
         name, equals, value = text.rpartition("=")
         body = name.strip() if equals else next((one for one in contact.fitted_bodies if one not in found), None)
         if body not in contact.body_names or body in found:
-            what = "one too many" if not equals else f"a second one of the {body}" if body in found else repr(name)
+            what = "one too many" if not equals else f"two for the {body}" if body in found else repr(name)
             raise typer.BadParameter(
-                f"--wear-coefficient: found {what}; expected one of the {' and one of the '.join(contact.body_names)}, "
-                f'such as {contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
+                f"--wear-coefficient: found {what}; expected one for the {' and one for the '.join(contact.body_names)}"
+                f', such as {contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
             )
         found[body] = quantity("--wear-coefficient", value, "wear coefficient")
     return found
 
 
 def _places(subject: Subject, asked: _Asked) -> tuple[list[float], list[float]]:
-    """Return the places to predict wear at, and the depths, m, to find; by default, the end of the run."""
+    """Return the positions at which to predict wear, and the depths, m, to reach; by default, the end of the run."""
     progress = subject.manifest.progress
     at = [place("--at", text, progress) for text in asked.at]
     depths = [_depth(text) for text in asked.depth]
@@ -340,7 +340,7 @@ def _depth(text: str) -> float:
 
 def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
     if text is not None:
-        raise typer.BadParameter(f"{option} is {whose}; {instead}")
+        raise typer.BadParameter(f"{option} applies to {whose}; {instead}")
 
 
 def _slip(text: str) -> "Quantity":

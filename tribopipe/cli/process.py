@@ -1,4 +1,4 @@
-"""The command that takes run folders through the whole line: process."""
+"""The command that takes run folders through all steps: process."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -104,7 +104,7 @@ def _taken(
     force: bool,
     amend: bool,
 ) -> "Iterator[Outcome]":
-    """Process run folders: each on its own if ``alone``, else with the steps that need other runs."""
+    """Process run folders: each on its own if ``alone``, otherwise including the steps that need other runs."""
     from tribopipe.pipeline import stages
 
     if alone:
@@ -114,9 +114,9 @@ def _taken(
 
 
 def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool) -> "list[Outcome]":
-    """Report steps as they end; return them in the order of the runs, without results but those of studies.
+    """Report steps as they finish; return them in the order of the runs, without results except those of studies.
 
-    ``in_full`` shows every finding as a sentence; otherwise they are given in short at the end. Results of thousands of
+    ``in_full`` shows every finding as a sentence; otherwise they are summarized at the end. Results of thousands of
     runs would fill the memory, and are in the archive.
     """
     from tribopipe.archive.steps import step_in_words
@@ -136,7 +136,7 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool)
 
 
 def _less_repeated(outcome: "Outcome", warned: "set[tuple[str, str, str]]") -> "Outcome":
-    """Leave out findings of a fit that an earlier fit of the run has had; ``warned`` names these."""
+    """Omit findings of a fit that an earlier fit of the run has also had; ``warned`` contains these."""
     if outcome.stage != "wear_fit":
         return outcome
     fresh = tuple(one for one in outcome.findings if (outcome.run_id, one.code, one.where) not in warned)
@@ -158,7 +158,7 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Se
 
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
-    """Return failures of the runs that workers state to have archived where this process sees none."""
+    """Return failures of the runs that workers report as archived but this process cannot find."""
     from tribopipe.base.errors import ArchiveError
     from tribopipe.pipeline.stages import Outcome
 
@@ -178,9 +178,9 @@ def _archived(outcomes: "list[Outcome]") -> list[str]:
 
 
 def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose: int, in_full: bool) -> str | None:
-    """Show what the archive holds of the runs now, and what studies found; nothing where nothing was to do.
+    """Show the current results of the runs, and of studies; nothing if there was nothing to do.
 
-    Return the first run that has a warning, if any was looked for.
+    Return the first run that has a warning, if warnings were looked for.
     """
     from tribopipe.cli.pages import show_study_page
     from tribopipe.cli.process_table import say_problems, show_processed
@@ -209,7 +209,7 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose
 
 
 def _say_doubts(outcome: "Outcome") -> None:
-    """Report where the depth contradicts the post-test measurement, and what is missing for a correction."""
+    """Report contradictions of depth and post-test measurement, and what is missing for a correction."""
     from tribopipe.results.evaluation import DriftCorrection
 
     correction = outcome.result
@@ -235,7 +235,7 @@ def _nothing_to_do(steps: int) -> str:
 
 
 def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None) -> str:
-    """Return the command by which to go on: the page of a run with problems, a report of a study, or the list."""
+    """Return the next command: the page of a run with problems, a report of a study, or the list."""
     study = next((one.run_id for one in outcomes if one.stage == "study" and one.error is None), None)
     runs = _archived(outcomes)
     run = doubtful or (runs[0] if len(runs) == 1 else None)

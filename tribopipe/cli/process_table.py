@@ -1,4 +1,4 @@
-"""What `process` shows at the end: a row per run, a row per study, and problems in short."""
+"""What `process` shows at the end: a row per run, a row per study, and a summary of problems."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from tribopipe.results.study import LawResult, StudyResult
 
 _LINES = 30
-"""As many lines are filled on a terminal."""
+"""Number of lines to fill on a terminal."""
 _FEWEST_RUNS, _STUDIES, _PROBLEMS = 5, 5, 3
-"""As many runs are shown at least, studies and problems at most, on a terminal."""
+"""Smallest number of runs, and largest numbers of studies and problems, shown on a terminal."""
 UNCOMPARED = {"radius_unchecked"}
-"""Codes of notes on inputs that affect k_D and cannot be compared with anything else in the run."""
+"""Codes of notes on inputs that affect k_D and cannot be checked against other data of the run."""
 
 
 class RunRow(NamedTuple):
@@ -37,11 +37,11 @@ class RunRow(NamedTuple):
     id: str
     load: "Quantity | None"
     law: str
-    """Name of the wear law that k_D is by; empty where there is none."""
+    """Name of the wear law of k_D; empty if there is none."""
     coefficients: "Mapping[str, Quantity]"
     """k_D of each body."""
     named: tuple[str, ...]
-    """Bodies whose k_D is shown by name; none where it is that of the first body alone."""
+    """Bodies whose k_D is shown by name; none if only the first body has one."""
     rate: "Quantity | None"
     """Specific wear rate, of a run without k_D."""
     friction: "Quantity | None"
@@ -51,7 +51,7 @@ class RunRow(NamedTuple):
 
 
 def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
-    """Return one line about a run."""
+    """Return the row of a run."""
     results = {name: step.result for name, step in outline.steps.items()}
     fit = next((one for one in fits_of(results.values()) if one.bodies), None)
     friction, cleaned, contact = results.get("friction_fit"), results.get("clean_up"), outline.manifest.contact
@@ -88,7 +88,7 @@ def _rate(wear: object) -> "Quantity | None":
 
 
 def _agreement(run_id: str, law: str, studies: "Sequence[StudyResult]") -> str:
-    """Return how a run agrees with the law that is recommended for it, by the first study that has both."""
+    """Return the agreement of a run with the law recommended for it, from the first study that includes both."""
     for study in studies:
         for result in study.laws:
             for verdict in result.runs:
@@ -127,7 +127,7 @@ def show_processed(
 
 
 def _room(families: int, studies: "Sequence[StudyResult]", problems: int) -> int | None:
-    """Return the number of runs that fit on a terminal; none if there is no limit."""
+    """Return the number of runs that fit on a terminal; None if there is no limit."""
     if line_width() is None:
         return None
     others = (3 + min(len(studies), _STUDIES + 1) if studies else 0) + min(problems, _PROBLEMS)
@@ -154,7 +154,7 @@ def _number(quantity: "Quantity | None", unit: str = WEAR_COEFFICIENT) -> Number
 
 
 def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | None) -> None:
-    """Show runs that have a k_D of the same bodies."""
+    """Show runs with k_D of the same bodies."""
     first, *others = (
         in_power([_number(row.coefficients.get(name)) for row in rows], power).cells for name in bodies or ("",)
     )
@@ -177,26 +177,26 @@ def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | N
 
 
 def _short(body: str) -> str:
-    """Return a body as the head of a narrow column calls it."""
+    """Return the short name of a body for the header of a narrow column."""
     return spoken(body).removesuffix(" disc")
 
 
 def _show(columns: Sequence[Cells], ranked: Iterable[str]) -> None:
-    """Show the columns in which something is known, as many as fit, in the order of their rank."""
+    """Show the columns that are not empty, as many as fit, in the order of their rank."""
     known = {one.name: one for one in columns if set(one.cells) - {"", NOTHING}}
     shown = chosen_columns({name: known[name] for name in ranked if name in known}, list(known))
     table("", [one.heading for one in shown], rows_of(shown), spaced=False)
 
 
 def _loads(rows: Sequence[RunRow]) -> Cells:
-    """Return loads in one unit: in N where none is below 1 N."""
+    """Return loads in one unit: in N if none is below 1 N."""
     known = [row.load.value for row in rows if row.load is not None]
     unit = "N" if known and min(known) >= 1 else "mN"
     return Cells("load", f"load, {unit}", [_rounded(row.load, unit) for row in rows])
 
 
 def _rates(rows: Sequence[RunRow]) -> Cells:
-    """Return specific wear rates of runs without k_D, with a power of ten of their own."""
+    """Return specific wear rates of runs without k_D, with their own power of ten."""
     numbers = [_number(row.rate, SPECIFIC_WEAR_RATE) for row in rows]
     cells = in_power(numbers, power_for(numbers))
     return Cells("rate", f"wear rate, {cells.unit(pretty(SPECIFIC_WEAR_RATE))}", cells.cells)
@@ -213,7 +213,7 @@ def _of_study(study: "StudyResult") -> "Iterator[Quantity]":
 
 
 def _show_studies(studies: "Sequence[StudyResult]", power: int | None) -> None:
-    """Show a row for each study, by its first law."""
+    """Show a row for each study, with its first law."""
     laws: list[LawResult | None] = [study.laws[0] if study.laws else None for study in studies]
     bodies = max(len(law.bodies) if law else 0 for law in laws)
     known = [list(_of_study(study)) for study in studies]

@@ -1,4 +1,4 @@
-"""The command that writes what can be sent to someone: report."""
+"""The command that writes reports: report."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -78,7 +78,7 @@ def _addressed(details: "Sequence[Path]", standard: "StandardName | None", *, fo
 
 
 def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
-    """Return whether one study is meant. Raises ``ArchiveError`` where an id is not known, or a study is not alone."""
+    """Return whether a study is requested. Raises ``ArchiveError`` for unknown ids and for a study among other ids."""
     from tribopipe.base.errors import ArchiveError, did_you_mean
 
     runs, studies = set(store.ids()), set(store.study_ids())

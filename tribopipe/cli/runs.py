@@ -1,4 +1,4 @@
-"""Commands that take or make run folders: check, ingest, simulate."""
+"""Commands that read or create run folders: check, ingest, simulate."""
 
 from functools import partial
 from pathlib import Path
@@ -49,9 +49,9 @@ RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of
 def run_folders(
     paths: list[Path], shard: Part | None = None, who: "Crew | None" = None
 ) -> "tuple[list[Path], list[Outcome]]":
-    """Return the run folders at or below the paths, or those of a shard, as a crew finds them.
+    """Return the run folders at or below the paths, or those of a shard, with paths valid for the workers.
 
-    With them, a failure for each path that has none.
+    Also return a failure for each path without any.
     """
     from tribopipe.base.errors import ManifestError
     from tribopipe.pipeline.stages import Outcome, find_runs
@@ -152,7 +152,7 @@ def say_amended(outcome: "Outcome") -> None:
 
 
 def say_warnings(outcome: "Outcome") -> None:
-    """Report what the checks warn of, and which inputs nothing in the run can be compared with."""
+    """Report the warnings of the checks, and the inputs that cannot be checked against other data of the run."""
     from tribopipe.cli.process_table import UNCOMPARED
 
     for finding in outcome.findings:
@@ -209,7 +209,7 @@ def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
 
 
 def _column(head: str, quantities: "Sequence[Quantity]", unit: str) -> Cells:
-    """Return quantities as a column, its unit and power of ten in its head."""
+    """Return quantities as a column, with unit and power of ten in its header."""
     from tribopipe.base.units import pretty
     from tribopipe.cli.overview import number
 

@@ -1,4 +1,4 @@
-"""Commands that take a run a step further: correct-drift, fit."""
+"""Commands for single steps of runs: correct-drift, fit."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -115,7 +115,7 @@ _Steps = Callable[[str], "Iterator[Outcome]"]
 
 
 def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
-    """Process each run, and report it; a run that fails does not stop the others. Omits outcomes of preprocessing."""
+    """Process and report each run; one that fails does not stop the others. Omits outcomes of preprocessing."""
     from tribopipe.archive.steps import step_in_words
     from tribopipe.base.errors import TribopipeError
     from tribopipe.base.executor import as_done
@@ -133,7 +133,7 @@ def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Ou
 
 
 def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
-    """Take the steps of a run, up to one that fails."""
+    """Perform the steps of a run, until one fails."""
     from tribopipe.pipeline.stages import Outcome
 
     outcomes: list[Outcome] = []
@@ -145,7 +145,7 @@ def _taken(run_id: str, stage: _Stage, steps: _Steps) -> "list[Outcome]":
 
 
 def say_clean_up(outcome: "Outcome") -> None:
-    """Report what a preprocessing has changed just now, if anything."""
+    """Report the changes made by preprocessing in this call, if any."""
     from tribopipe.documents.preprocessing import CleanUp
 
     if outcome.status == "done" and isinstance(outcome.result, CleanUp) and outcome.result.changes:
@@ -153,7 +153,7 @@ def say_clean_up(outcome: "Outcome") -> None:
 
 
 def say_change(outcome: "Outcome") -> None:
-    """Report which main values of an earlier result have changed, unless the digits shown are the same."""
+    """Report which main values differ from those of an earlier result in the displayed digits."""
     if outcome.previous is None:
         return
     from tribopipe.results.main_values import changes

@@ -1,4 +1,4 @@
-"""Commands on several runs under one law: study new, study run, study show, study figures; plan."""
+"""Commands on several runs with one law: study new, study run, study show, study figures; plan."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -74,11 +74,11 @@ def new(
 
 
 class _Candidate(NamedTuple):
-    """A run that a study may use."""
+    """A run that may be used in a study."""
 
     manifest: "RunManifest"
     unfit: str | None
-    """Why the study cannot use it."""
+    """Reason why a study cannot use it."""
     friction: bool
 
 
@@ -90,7 +90,7 @@ def _candidate(run: "RawRun") -> _Candidate:
 
 
 def _read(paths: "Sequence[Path]") -> list[_Candidate]:
-    """Read run folders; one whose recording cannot be read is left out."""
+    """Read run folders; those whose recording cannot be read are excluded."""
     from tribopipe.base.errors import ReaderError
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.pipeline.stages import find_runs
@@ -202,7 +202,7 @@ def _named(ids: "Sequence[str]") -> str:
 
 
 def _tally(result: "StudyResult") -> str:
-    """Count how predicted runs agree with each law."""
+    """Return the number of predicted runs by their agreement with each law."""
     from tribopipe.physics.laws import law_label
     from tribopipe.results.study import tally
 
@@ -242,7 +242,7 @@ def show_together(
     verbose: int,
     as_json: bool,
 ) -> None:
-    """Evaluate a study that no document describes, and show it; nothing of it is kept."""
+    """Evaluate a study without a document, and show it without archiving it."""
     from tribopipe.cli.overview import show_study_overview
     from tribopipe.documents.record import read_document
     from tribopipe.documents.study import Study

@@ -1,4 +1,4 @@
-"""The run that wear is calculated for: an archived run with its fit, or a run folder with a given k_D."""
+"""The run for which wear is calculated: an archived run with its fit, or a run folder with a given k_D."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Subject:
-    """Conditions, k_D and friction of the run that wear is calculated for."""
+    """Conditions, k_D and friction of the run for which wear is calculated."""
 
     manifest: "RunManifest"
     end: float | None
-    """End of the test, m or rotations; none if run.toml does not state it."""
+    """End of the test, m or rotations; None if run.toml does not state it."""
     friction: "FrictionPath | None"
-    """μ(s) for a law that needs it; none if it is unknown."""
+    """μ(s) for a law that needs it; None if it is unknown."""
     fit: "WearFit | None" = None
-    """Archived fit; none if k_D is given."""
+    """Archived fit; None if k_D is given."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Given:
     has_coefficient: bool
     friction: str | None = None
     eq_7: bool = False
-    """Whether only Eq. 7 will do as μ(s), and not friction as recorded."""
+    """Whether μ(s) must be Eq. 7, not the recorded friction."""
 
 
 def is_folder(run: str, archive: Path) -> bool:
@@ -56,7 +56,7 @@ def no_coefficient(folder: Path) -> str:
 
 
 def folder_subject(folder: Path, given: Given) -> Subject:
-    """Read a run folder; its signals only if friction must be fitted."""
+    """Read a run folder, and its signals only if friction must be fitted."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
     from tribopipe.evaluation.load_and_friction import stated_path
 

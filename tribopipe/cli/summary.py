@@ -1,4 +1,4 @@
-"""What is stated about an archived run in one line of a table, and in one document of JSON."""
+"""The row of an archived run in tables, and its JSON document."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -42,7 +42,7 @@ def _result(steps: Mapping[StepName, StepOutline], name: StepName) -> Any:
 
 
 def show_summaries(archive: Archive, ids: list[str]) -> None:
-    """Show a table of the results of runs, and a table of specific wear rates; a row for each body."""
+    """Show a table of the results of runs, and a table of specific wear rates, with a row for each body."""
     runs = [archive.outline(run_id) for run_id in ids]
     if runs:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); wear measured and predicted at the end of the test"
@@ -64,7 +64,7 @@ _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "measured", "load"
 
 
 def _wear_rows(run: RunOutline) -> list[list[str]]:
-    """Return a row for each body of which a volume is known; what belongs to the run stands in each."""
+    """Return a row for each body with a known volume; data of the run are repeated in each."""
     found = _result(run.steps, "specific_wear")
     if not isinstance(found, SpecificWear):
         return []
@@ -85,7 +85,7 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
 
 
 def _rows(run: RunOutline) -> list[list[str]]:
-    """Return a row for each body that is fitted or predicted; only the first has the values of the run."""
+    """Return a row for each body that is fitted or predicted; only the first contains the values of the run."""
     steps, contact = run.steps, run.manifest.described
     drift = _result(steps, "drift_correction")
     fits = [_found(steps, name, WearFit) for name in WEAR_FITS.values()]
@@ -149,5 +149,5 @@ def _friction_cells(friction: object) -> list[str]:
 
 
 def _cell(quantity: Quantity | None, unit: str) -> str:
-    """Show a number whose unit stands in the head of its column."""
+    """Format a number whose unit is in the header of its column."""
     return "–" if quantity is None else quantity.shown(unit).removesuffix(f" {pretty(unit)}")

@@ -1,4 +1,4 @@
-"""The command that does one computation many times over: sweep."""
+"""The command that repeats a computation for many values: sweep."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -89,7 +89,7 @@ def sweep(
 
 
 def _take_over(table: "Table", reuse: "Sequence[Path]", *, force: bool) -> None:
-    """Take over the rows that are there already."""
+    """Reuse existing rows."""
     there = [table.path] if table.path is not None and table.path.exists() and not force else []
     for path in (*reuse, *there):
         others = table.reuse(path)
@@ -108,7 +108,7 @@ def _tell_size(table: "Table", *, as_json: bool) -> None:
 
 
 def _fill(table: "Table", who: "Crew") -> "list[TribopipeError]":
-    """Do what is missing; return what went wrong, cases that failed for the same reason in one sentence."""
+    """Compute the missing cases; return the errors, with one for all cases that failed for the same reason."""
     failed: dict[str, tuple[TribopipeError, list[str]]] = {}
     with progress("sweep", len(table.missing)) as advance:
         for case, error in table.fill(who):
@@ -121,7 +121,7 @@ def _fill(table: "Table", who: "Crew") -> "list[TribopipeError]":
 
 
 def _named(cases: list[str]) -> str:
-    return cases[0] if len(cases) == 1 else f"{cases[0]}, and {len(cases) - 1} cases more"
+    return cases[0] if len(cases) == 1 else f"{cases[0]} and {len(cases) - 1} other cases"
 
 
 def _show(asked: "Sweep", table: "Table", *, as_json: bool) -> None:

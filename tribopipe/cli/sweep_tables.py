@@ -1,4 +1,4 @@
-"""What a sweep found, as tables for people."""
+"""Results of a sweep as tables."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeVar
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound="Summary")
 _MOST_ROWS = 40
 _ENDS = ("interval_lower", "interval_upper")
-"""Of the interval, which stand in one cell."""
+"""Ends of the interval, which are shown in one cell."""
 _UNITS = {
     "wear_coefficient": WEAR_COEFFICIENT,
     "end_wear_depth": "um",
@@ -25,11 +25,11 @@ _UNITS = {
     "wear_volume": "mm^3",
     "mean_pressure": "MPa",
 }
-"""Units in which people read what is found, where they are not SI."""
+"""Display units, if they are not SI."""
 
 
 def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
-    """Show the rows, unless they are of draws, which only their summary shows, or too many."""
+    """Show the rows, unless they are draws, which are only summarized, or too many."""
     from tribopipe.extras.sweep.cases import answers
 
     told = list(answers(ensemble, found))
@@ -43,7 +43,7 @@ def show_rows(asked: "Sweep", ensemble: "Ensemble", found: "Found") -> None:
 
 
 def _cells(ensemble: "Ensemble", case: "Case", row: "Row") -> dict[str, str]:
-    """Return a row by the heads of its columns."""
+    """Return a row by the headers of its columns."""
     numbers = [head.name for head in ensemble.numbers]
     return {
         **{_plain(head.name): _cell(head, case.labels[head.name]) for head in ensemble.labels},
@@ -55,7 +55,7 @@ def _cells(ensemble: "Ensemble", case: "Case", row: "Row") -> dict[str, str]:
 
 
 def _plain(name: str) -> str:
-    """Name a column as people read it: a key without the document it is in, or words."""
+    """Return the displayed name of a column: a key without its document, or words."""
     return name.partition(".")[2] or name.replace("_", " ")
 
 
@@ -70,7 +70,7 @@ def _shown(quantity: "Quantity | None", name: str) -> str:
 
 
 def _interval(row: "Row") -> str:
-    """Write an interval of k_D, whose unit stands next to it."""
+    """Format an interval of k_D, whose unit is shown next to it."""
     if not row.found.keys() >= set(_ENDS):
         return "–"
     low, high = (row.found[name] for name in _ENDS)
@@ -82,7 +82,7 @@ def _percent(share: float | None) -> str:
 
 
 def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> None:
-    """Show what the rows come to."""
+    """Show the summaries."""
     from tribopipe.extras.sweep.summary import ChoiceSpread, Coverage, Scatter
 
     for kind, title, cells in (
@@ -94,7 +94,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
         _show(title, labels, mine, cells)  # type: ignore[arg-type]
 
 
-_SPREADS = "k_D in mm³/(N·mm) over all choices; half its range and the stated uncertainty; effect of each choice"
+_SPREADS = "k_D in mm³/(N·mm) for all choices: half its range, stated standard uncertainty u, effect of each choice"
 _SCATTERS = "Monte Carlo results; ± is the standard deviation of the draws"
 _COVERAGES = "k_D of virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
 
@@ -117,18 +117,18 @@ def _show(title: str, labels: "Sequence[Head]", some: Sequence[S], cells: "Calla
 def _spread_cells(one: "ChoiceSpread") -> dict[str, str]:
     return {
         "fitted": f"{one.fitted} of {one.of}",
-        "least": one.least.shown(WEAR_COEFFICIENT),
-        "greatest": one.greatest.shown(WEAR_COEFFICIENT),
-        "± half range": _percent(one.half_range),
-        "± stated": _percent(one.stated),
-        **{f"by {_plain(path)}": _percent(share) for path, share in one.effects.items()},
+        "smallest": one.least.shown(WEAR_COEFFICIENT),
+        "largest": one.greatest.shown(WEAR_COEFFICIENT),
+        "half range": _percent(one.half_range),
+        "stated u": _percent(one.stated),
+        **{f"effect of {_plain(path)}": _percent(share) for path, share in one.effects.items()},
     }
 
 
 def _scatter_cells(one: "Scatter") -> dict[str, str]:
     return {
         "draws": f"{one.predicted} of {one.of}",
-        "of": _plain(one.quantity),
+        "quantity": _plain(one.quantity),
         "mean": _shown(one.mean, one.quantity),
         "95 % of the draws": between(one.interval, _UNITS.get(one.quantity, one.interval[0].unit)),
     }
@@ -141,5 +141,5 @@ def _coverage_cells(one: "Coverage") -> dict[str, str]:
         **({} if one.limit is None else {f"within {100 * one.limit:g} %": str(one.within)}),
         "bias": _percent(one.bias),
         "scatter": _percent(one.scatter),
-        "± stated": _percent(one.stated),
+        "stated u": _percent(one.stated),
     }

@@ -1,4 +1,4 @@
-"""The command that makes runs of what instruments drop into a folder: watch."""
+"""The command that processes new files of instruments in a folder: watch."""
 
 import os
 from pathlib import Path
@@ -24,7 +24,7 @@ def watch(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     settle: Annotated[
-        float, typer.Option("--settle", help="Idle time after which an export is complete, s.", min=0.0)
+        float, typer.Option("--settle", help="Idle time after which an export is considered complete, s.", min=0.0)
     ] = 10.0,
     together: Annotated[
         bool, typer.Option("--together", help="The files of each subfolder are one test; default: each file is a test.")
@@ -80,7 +80,7 @@ def _real(path: Path) -> Path:
 
 
 def _tell(event: "Event", *, as_json: bool) -> None:
-    """Inform people on stderr, and programs on stdout if they ask."""
+    """Report on stderr, and as JSON on stdout if requested."""
     print_result(event.text)
     for line in event.details:
         print_result(f"  {line}")
