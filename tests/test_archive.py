@@ -142,13 +142,13 @@ def test_step_comes_back_whole_and_leaves_the_raw_part_as_it_was(bare_run, tmp_p
 def test_new_result_drops_what_stood_on_the_old_one_and_an_equal_one_does_not(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))
-    drift = step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("an end value",)))
+    drift = step("drift_correction", DriftCorrection(outcome="uncorrected", missing=("an end value",)))
     archive.put_step("bare", drift)
     archive.put_step("bare", step("friction_fit", FrictionFit(outcome="none")))
     archive.put_step("bare", step("wear_fit_archard", WearFit(model="archard", outcome="not fitted")))
     archive.put_step("bare", drift)
     assert archive.step_names("bare") == ["drift_correction", "friction_fit", "wear_fit_archard"]
-    archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
+    archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", missing=("a depth",))))
     assert archive.step_names("bare") == ["drift_correction", "friction_fit"]
 
 

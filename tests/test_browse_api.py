@@ -279,7 +279,7 @@ def test_a_study_is_a_page_with_plots(kind, request):
     archive = request.getfixturevalue(kind)
     with serving(archive) as client:
         (line,) = client.get("api", "studies").json
-        assert line["verdicts"].startswith("Archard: ")
+        assert line["agreement"].startswith("Archard: ")
         study = client.get("api", "studies", line["id"]).json
         assert study["file"] == f"studies/{line['id']}.h5"
         assert client.get("api", "studies", line["id"], "file").body == (archive / study["file"]).read_bytes()

@@ -150,7 +150,7 @@ def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     runs = catalogue.runs("study=air")
     assert [run.id for run in runs] == ["si3n4-air-200mN", "si3n4-air-400mN"]
     verdicts = {one.id: AGREEMENT[one.outcome] for one in archive.study("air").result.laws[0].runs}
-    assert [run.text("verdicts") for run in runs] == [f"Archard in air: {verdicts[run.id]}" for run in runs]
+    assert [run.text("agreement") for run in runs] == [f"Archard in air: {verdicts[run.id]}" for run in runs]
     (archive.study_folder / "air.h5").unlink()
     catalogue.refresh()
     assert catalogue.runs("study!=none") == []

@@ -308,9 +308,9 @@ CASES = {
     ),
     "coating_worn_through": (
         "warning",
-        manifest(contact__pin__film_thickness="3 um", end_values__pin_scar_diameter="200 um"),
-        "contact.pin.film_thickness",
-        manifest(contact__pin__film_thickness="10 um", end_values__pin_scar_diameter="200 um"),
+        manifest(contact__pin__coating_thickness="3 um", end_values__pin_scar_diameter="200 um"),
+        "contact.pin.coating_thickness",
+        manifest(contact__pin__coating_thickness="10 um", end_values__pin_scar_diameter="200 um"),
     ),
     "load_not_nominal": (
         "warning",

@@ -214,9 +214,9 @@ def test_run_without_depth_or_end_value_passes_through():
     run = recorded(PLANNED["4pct-100k"])
     blind = {name: column for name, column in run.columns.items() if name != "depth"}
     no_depth = correct_drift(type(run)(run.manifest, blind, run.origins, {}, {}, ()))
-    assert (no_depth.correction.outcome, no_depth.correction.lacks) == ("uncorrected", ("a depth signal",))
+    assert (no_depth.correction.outcome, no_depth.correction.missing) == ("uncorrected", ("a depth signal",))
     no_end = correct_drift(with_ends(run, curved_disc_wear_volume=None, flat_disc_wear_volume=None))
-    assert no_end.correction.lacks == (
+    assert no_end.correction.missing == (
         "a post-test measurement of the crowned disc (wear depth, track width or wear volume)",
     )
     assert no_end.wear_depth is None

@@ -347,14 +347,14 @@ def test_run_without_an_end_value_of_the_curved_disc_passes_through(ends):
     fit = fit_discs(exact_run(ends), recipe=recipe())
     assert fit.outcome == "not fitted"
     assert fit.bodies == {}
-    assert fit.lacks == ("a post-test measurement of the crowned disc (wear depth, track width or wear volume)",)
+    assert fit.missing == ("a post-test measurement of the crowned disc (wear depth, track width or wear volume)",)
 
 
 def test_run_without_friction_passes_through_under_sarkar():
     run = exact_run(VOLUMES)
     without = {name: column for name, column in run.columns.items() if name != "friction_coefficient"}
     fit = fit_discs(replace(run, columns=without), "sarkar")
-    assert (fit.outcome, fit.lacks) == ("not fitted", ("a friction signal",))
+    assert (fit.outcome, fit.missing) == ("not fitted", ("a friction signal",))
 
 
 @pytest.mark.parametrize("spread", [1e-13, 0.0, None])

@@ -147,13 +147,13 @@ def test_stated_uncertainties_are_those_of_repeated_runs(bare_run, memory, slid)
 
 
 @pytest.mark.parametrize(
-    ("end", "lacks"),
+    ("end", "missing"),
     [(EndValues(), "post-test measurement"), (EndValues(disc_wear_depth=metres(1e-7)), "post-test measurement")],
 )
-def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, lacks):
+def test_run_without_an_end_value_of_the_pin_passes_through(bare_run, end, missing):
     corrected = correct_drift(with_depth(bare_run, np.linspace(0, 1e-5, 100), end), TWO_STEP)
     assert corrected.wear_depth is None
-    assert lacks in str(corrected.correction)
+    assert missing in str(corrected.correction)
 
 
 @pytest.mark.parametrize("noise", [20e-9, 0.5e-6])

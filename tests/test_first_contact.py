@@ -126,7 +126,7 @@ def offered(archived=(), folders=(), **found) -> list[str]:
 PREDICT, REPORT, BROWSE = 'tribopipe predict a --load "400 mN"', "tribopipe report a", "tribopipe browse"
 WARNED, DEPTH = 'tribopipe ls --where "findings>0"', "a depth signal"
 AMEND = f"tribopipe process {Path('runs') / 'a'} --amend"
-SCAR_ONLY = {"k_d": None, "end_depth": None, "wear_rate": 1e-14, "lacks": [DEPTH]}
+SCAR_ONLY = {"k_d": None, "end_depth": None, "wear_rate": 1e-14, "missing": [DEPTH]}
 ONWARDS = [PREDICT, REPORT, BROWSE]
 
 
@@ -144,9 +144,9 @@ ONWARDS = [PREDICT, REPORT, BROWSE]
         ([listed("a", findings=2), listed("b", findings=1, medium="oil")], [WARNED, *ONWARDS]),
         ([listed("a", stage="ingested", steps=[], mark="bad")], [BROWSE]),
         ([listed("a", **SCAR_ONLY)], ["tribopipe help scar_only", REPORT, BROWSE]),
-        ([listed("a", lacks=["a friction signal"])], ONWARDS),
-        ([listed("a", k_d=None, lacks=[DEPTH, "an end value"])], [AMEND, BROWSE]),
-        ([listed("a", k_d=None, end_depth=None, lacks=[DEPTH])], [AMEND, BROWSE]),
+        ([listed("a", missing=["a friction signal"])], ONWARDS),
+        ([listed("a", k_d=None, missing=[DEPTH, "an end value"])], [AMEND, BROWSE]),
+        ([listed("a", k_d=None, end_depth=None, missing=[DEPTH])], [AMEND, BROWSE]),
         ([listed("a", end_depth=None)], [AMEND, *ONWARDS]),
         ([listed("a", end_depth=None, findings=1)], [AMEND, "tribopipe show a", *ONWARDS]),
         ([listed("a", end_depth=None, mark="bad")], [BROWSE]),

@@ -178,7 +178,7 @@ def column(name: str, unit: str | None = None, signal=None) -> ReadColumn:
 def test_meanings_by_name(name, unit, signal):
     meaning = meanings_of([column(name, unit)]).get(name)
     assert (meaning and meaning.signal) == signal
-    assert meaning is None or (meaning.lacks, meaning.by) == ("", "from its name")
+    assert meaning is None or (meaning.doubt, meaning.by) == ("", "from its name")
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_meanings_by_name(name, unit, signal):
     ],
 )
 def test_what_a_name_leaves_open_is_doubted(columns, doubted):
-    assert {name for name, meaning in meanings_of(columns).items() if meaning.lacks} == doubted
+    assert {name for name, meaning in meanings_of(columns).items() if meaning.doubt} == doubted
 
 
 def test_no_two_columns_are_one_signal():

@@ -64,7 +64,7 @@ def test_numbers_are_the_same_within_rounding(old, new, same):
 
 def test_document_is_told_shortly():
     quantity = {"value": 1.23456789012e-9, "unit": "m", "standard_uncertainty": None, "method": "stylus"}
-    runs = [{"id": "a", "depth": quantity, "lacks": []}, {"id": "b", "program_version": "0.1.0"}]
+    runs = [{"id": "a", "depth": quantity, "missing": []}, {"id": "b", "program_version": "0.1.0"}]
     assert plain(
         {"runs": runs, "curve": [float(value) for value in range(LONGEST + 2)], "at": "2026-01-01T10:00:00"}
     ) == {

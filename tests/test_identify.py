@@ -228,11 +228,11 @@ def test_run_without_what_the_fit_needs_says_what_it_lacks():
     fit = fit_wear(
         correct_drift(replace(raw, columns=no_friction)), "sarkar", fit_friction(replace(raw, columns=no_friction))
     )
-    assert (fit.outcome, fit.lacks) == ("not fitted", ("a friction signal",))
+    assert (fit.outcome, fit.missing) == ("not fitted", ("a friction signal",))
     no_depth = {name: column for name, column in raw.columns.items() if name != "depth"}
     no_end = raw.manifest.model_copy(update={"end_values": EndValues()})
     nothing = replace(raw, manifest=no_end, columns=no_depth)
-    assert fit_wear(correct_drift(nothing)).lacks == ("a depth signal",)
+    assert fit_wear(correct_drift(nothing)).missing == ("a depth signal",)
     assert fit_wear(correct_drift(replace(raw, columns=no_depth))).basis == "measurement"
 
 

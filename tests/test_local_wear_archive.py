@@ -83,12 +83,12 @@ def test_another_field_is_another_result():
 
 
 def test_new_k_d_drops_what_was_worn_by_the_old_one(bare):
-    fit = WearFit(model="archard", outcome="not fitted", lacks=("a depth",))
+    fit = WearFit(model="archard", outcome="not fitted", missing=("a depth",))
     bare.put_step("bare", step("wear_fit_archard", fit))
     bare.put_step("bare", put(pin_curves()))
     bare.put_step("bare", step("wear_fit_archard", fit))
     assert "local_wear_archard" in bare.step_names("bare")
-    bare.put_step("bare", step("wear_fit_archard", fit.model_copy(update={"lacks": ("an end value",)})))
+    bare.put_step("bare", step("wear_fit_archard", fit.model_copy(update={"missing": ("an end value",)})))
     assert bare.step_names("bare") == ["wear_fit_archard"]
 
 

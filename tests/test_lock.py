@@ -104,12 +104,12 @@ def test_nothing_that_many_say_at_once_is_lost(bare_run, tmp_path):
 def test_a_step_made_from_what_another_has_replaced_meanwhile_is_refused(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))
-    first = step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("an end value",)))
+    first = step("drift_correction", DriftCorrection(outcome="uncorrected", missing=("an end value",)))
     fit = step("wear_fit_archard", WearFit(model="archard", outcome="not fitted"))
     stands_on = {"raw": archive.raw_sha256("bare"), "clean_up": "", "drift_correction": first.result_sha256}
     archive.put_step("bare", first)
     archive.put_step("bare", replace(fit, stands_on=stands_on))
-    archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
+    archive.put_step("bare", step("drift_correction", DriftCorrection(outcome="uncorrected", missing=("a depth",))))
     with pytest.raises(ArchiveError, match="changed the drift correction since the wear fit archard"):
         archive.put_step("bare", replace(fit, stands_on=stands_on))
     assert archive.step_names("bare") == ["drift_correction"]

@@ -123,6 +123,6 @@ def test_line_names_both_values_unless_their_digits_are_the_same(value, share, f
 
 
 def test_value_that_is_gone_is_shown_as_none():
-    fit = WearFit(model="archard", outcome="not fitted", lacks=("an end value",))
+    fit = WearFit(model="archard", outcome="not fitted", missing=("an end value",))
     (line,) = changes(headline(fit) | {"pin": wear_coefficient(5.95e-16, 0.16e-16)}, fit)
     assert line == "archard: k_D of the pin (5.95 ± 0.16)×10⁻¹⁰ mm³/(N·mm) → none"

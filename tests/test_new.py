@@ -132,7 +132,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
 @pytest.mark.skipif(not REAL_FILES, reason="the real WINDUCOM runs are not beside this checkout")
 def test_a_real_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab):
     made = make_run(Wanted(REAL_FILES[:1]), answering("50 N"), str)
-    assert (made.lacks, made.problem) == ((), None)
+    assert (made.missing, made.problem) == ((), None)
     processed = run_cli("process", made.folder, "--archive", lab / "archive", "--no-figures")
     assert processed.exit_code == 0, processed.stderr
     assert (made.folder / REAL_FILES[0].name).read_bytes() == REAL_FILES[0].read_bytes()
@@ -411,7 +411,7 @@ def test_a_run_without_friction_and_depth_is_said_to_be_one(lab):
 def test_files_without_any_known_column_still_become_a_folder(lab):
     (lab / "a.csv").write_bytes(b"CH1,CH2\n1,0.5\n2,0.5\n3,0.5\n")
     made = make_run(Wanted([lab / "a.csv"]))
-    assert made.lacks == ("conditions.normal_load",)
+    assert made.missing == ("conditions.normal_load",)
     assert "none with a known meaning" in made.problem
     assert "[signals.columns]" in (made.folder / "run.toml").read_text(encoding="utf-8")
 
@@ -429,7 +429,7 @@ def test_a_template_gives_what_stays_the_same(lab):
     )
     (lab / "x.csv").write_bytes(b"A;Ft [N]\n0,5;1,0\n1,5;1,2\n2,5;1,1\n")
     made = make_run(Wanted([lab / "x.csv"], template=lab / "lab.toml", settings=["conditions.medium=oil", LOAD]))
-    assert (made.lacks, made.bodies_lack, made.problem) == ((), (), None)
+    assert (made.missing, made.bodies_lack, made.problem) == ((), (), None)
     run = read_run(made.folder)
     assert run.manifest.operator == 'A. "T"'
     assert run.manifest.conditions.medium == "oil"
@@ -487,7 +487,7 @@ def test_the_template_of_the_documentation_is_one(tmp_path):
     template = read_template(tmp_path / "lab.toml")
     assert template == tomllib.loads(written)
     known = gather(template, "lab.toml", [LOAD], [])
-    assert (known.lacks, known.bodies_lack) == ([], [])
+    assert (known.missing, known.bodies_lack) == ([], [])
 
 
 def export_of(name: str, facts: dict[str, str], columns=(("time", "s"), ("friction_force", "N"))) -> Export:
@@ -516,7 +516,7 @@ def test_headers_that_differ_are_commented_with_both_names():
     said = [{"conditions.normal_load": f"{n} N", "started": f"2022-05-1{n}"} for n in (1, 2)]
     exports = [export_of(f"{n}.txt", facts) for n, facts in enumerate(said, 1)]
     known, text = drafted(*exports)
-    assert known.lacks == ["conditions.normal_load"]
+    assert known.missing == ["conditions.normal_load"]
     assert "conditions.normal_load" not in known.given
     assert re.search('(?m)^# normal_load = "1 N" +# given by 1.txt; the files do not agree$', text)
     assert re.search('(?m)^# normal_load = "2 N" +# given by 2.txt', text)
@@ -603,7 +603,7 @@ def test_every_blank_is_a_key_with_an_example_that_fits():
 def test_twin_discs_of_a_template_have_their_own_keys():
     template = {"contact": {"kind": "twin-disc", "curved_disc": {"rolling_radius": "20 mm"}}}
     known, text = drafted(export_of("a.txt", {}), template=template)
-    assert known.lacks == ["conditions.normal_load", "conditions.slip"]
+    assert known.missing == ["conditions.normal_load", "conditions.slip"]
     assert "# slip = " in text
     assert "stroke" not in text
     assert "pin_" not in text

@@ -101,7 +101,7 @@ def test_steps_made_from_what_another_process_has_changed_are_refused_and_nothin
     fit = store.step(RUN, "wear_fit_archard")
     kept.put_step(RUN, fit)
     drift = store.step(RUN, "drift_correction")
-    store.put_step(RUN, replace(drift, result=DriftCorrection(outcome="uncorrected", lacks=("a depth",))))
+    store.put_step(RUN, replace(drift, result=DriftCorrection(outcome="uncorrected", missing=("a depth",))))
     there = store.path(RUN).read_bytes()
     with pytest.raises(ArchiveError, match="found that another tribopipe process has changed the drift correction"):
         kept.store()

@@ -217,7 +217,7 @@ def test_any_header_is_read_without_an_error_and_its_facts_can_be_written(header
 def test_a_draft_names_the_line_that_a_value_is_from(lab):
     (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel 100Cr6 D=6 mm\nDatum;12.05.2022\n\n"), encoding="utf-8")
     made, text, document = drafted(lab / "a.csv")
-    assert made.lacks == ()
+    assert made.missing == ()
     assert document["conditions"] == {"normal_load": "5 N"}
     assert "# from a.csv, 'Normalkraft;5 N'" in text
     assert '# diameter = "6 mm"' in text
@@ -240,7 +240,7 @@ def test_half_the_diameter_of_a_header_goes_before_the_template_s_radius(lab):
 def test_a_header_that_the_recording_contradicts_is_named_and_not_taken(lab):
     (lab / "a.csv").write_text(table("Normalkraft;5 N\n\n", load=20.0), encoding="utf-8")
     made, text, document = drafted(lab / "a.csv", accept=True)
-    assert made.lacks == (LOAD,)
+    assert made.missing == (LOAD,)
     assert "conditions" not in document or LOAD not in document["conditions"]
     assert any(
         "found 5 N from a.csv, 'Normalkraft;5 N', but a median of 'Normal force [N]' of 20" in n for n in made.notes
@@ -280,7 +280,7 @@ def test_misleading_names_of_files_are_not_taken(lab, name):
         assert document["conditions"]["normal_load"] == "5.005 N"
         assert made.accepted == (f"{LOAD} = 5.005 N, median of 'Normal force [N]'",)
     else:
-        assert made.lacks == (LOAD,)
+        assert made.missing == (LOAD,)
         assert any(note.startswith(f"{LOAD} is left open: ") for note in made.notes)
         assert told in text or told == "left open"
 
@@ -302,7 +302,7 @@ def test_a_name_that_contradicts_a_header_is_named(lab):
 def test_nothing_is_taken_without_accept_and_what_is_has_its_source(lab):
     (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
     made, text, _ = drafted(lab / "a_5N.csv")
-    assert (made.lacks, made.accepted) == ((LOAD,), ())
+    assert (made.missing, made.accepted) == ((LOAD,), ())
     assert "# probable from the file name, '5N'" in text
     made, text, document = drafted(lab / "a_5N.csv", accept=True, id="b")
     assert document["conditions"]["normal_load"] == "5 N"
@@ -313,7 +313,7 @@ def test_a_channel_that_is_not_steady_is_not_offered(lab):
     rows = "".join(f"{n / 10:.1f};2.0;{1 + n}\n" for n in range(40))
     (lab / "a.csv").write_text(f"Time [s];Friction force [N];Normal force [N]\n{rows}", encoding="utf-8")
     made, text, _ = drafted(lab / "a.csv", accept=True)
-    assert made.lacks == (LOAD,)
+    assert made.missing == (LOAD,)
     assert "which is not steady" in text
 
 
@@ -400,7 +400,7 @@ def test_columns_of_seven_languages_are_known(lab, language):
     assert [meaning.signal for meaning in meanings.values()] == [
         *("time", "sliding_distance", "normal_force", "friction_force", "depth")
     ]
-    assert not any(meaning.lacks for meaning in meanings.values())
+    assert not any(meaning.doubt for meaning in meanings.values())
 
 
 def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_could_be_it(lab):
@@ -409,8 +409,8 @@ def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_
     found = {one.signal: name for name, one in read_export(lab / "a.csv").meanings.items()}
     assert found == {"time": "Time (s)", "friction_force": "Friction (N)", "depth": "LVDT (um)"}
     (lab / "b.csv").write_text(f"Time (s);Fx (N);Fy (N);Z (um);A (um)\n{rows}", encoding="utf-8")
-    lacks = {name: one.lacks for name, one in meanings_of(read_export(lab / "b.csv").table.columns).items()}
-    assert lacks["Fx (N)"] == lacks["Fy (N)"] == "another column could also be this signal"
+    doubts = {name: one.doubt for name, one in meanings_of(read_export(lab / "b.csv").table.columns).items()}
+    assert doubts["Fx (N)"] == doubts["Fy (N)"] == "another column could also be this signal"
 
 
 # --- from process to new ---
@@ -458,7 +458,7 @@ def test_the_columns_of_an_srv_are_signals_and_its_friction_is_left_to_the_lab(l
     }
     assert export.friction is None
     made, text, _ = drafted(lab / "a.xlsx", accept=True)
-    assert made.lacks == ()
+    assert made.missing == ()
     assert "one of 3 definitions of friction" in text
 
 

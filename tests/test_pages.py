@@ -322,7 +322,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
 
 
 def test_run_that_could_not_be_fitted_says_why():
-    page = stage(WearFit(model="sarkar", outcome="not fitted", lacks=("depth", "friction")), "wear_fit_sarkar")
+    page = stage(WearFit(model="sarkar", outcome="not fitted", missing=("depth", "friction")), "wear_fit_sarkar")
     assert page.sentence.endswith("missing depth and friction")
     assert page.tables == ()
     assert not any(name.startswith("k_D") for name in facts_of(page, ""))
@@ -497,7 +497,7 @@ def verdict(run_id: str = "a", **changes) -> RunVerdict:
 def test_study_page_tells_warnings_on_a_curve_but_no_notes():
     said = {"where": "depth", "message": "found x", "remedy": "do y"}
     findings = (Finding(severity="warning", code="curve_shape", **said), Finding(severity="note", code="s", **said))
-    (line,) = study_page_of(study(verdict("a", findings=findings, notes=("far off",)))).laws[0].verdicts
+    (line,) = study_page_of(study(verdict("a", findings=findings, notes=("far off",)))).laws[0].agreement
     assert line.notes == ("warning: depth: found x; do y", "far off")
 
 
@@ -550,7 +550,7 @@ def test_study_page_tells_verdicts_and_all_else():
     assert told.sentences[0].startswith("between-run scatter of k_D of the pin (2 runs): 10.0 %; within a run: 2.0 %; ")
     assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
     assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % CI: 1300 m or more)"
-    assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.verdicts] == [
+    assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.agreement] == [
         ("a", "fitted", "consistent", ("far off",)),
         ("b", "predicted", "over-predicted", ("far off",)),
     ]

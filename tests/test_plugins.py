@@ -106,7 +106,7 @@ def test_a_law_that_is_not_installed_is_refused_where_people_write_it_but_read_b
         read_document({"wear": {"models": ["archrd"]}}, Recipe, where="recipe.toml")
     with pytest.raises(FitError, match="'running_in', which is not installed"):
         laws.law_named("running_in")
-    kept = WearFit(model="running_in", outcome="not fitted", lacks=("depth",)).model_dump_json()
+    kept = WearFit(model="running_in", outcome="not fitted", missing=("depth",)).model_dump_json()
     assert WearFit.model_validate_json(kept).model == "running_in"
 
 

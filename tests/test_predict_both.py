@@ -224,7 +224,7 @@ def test_a_track_shorter_than_the_contact_is_warned_of(manifest):
 
 
 def test_a_coating_that_is_worn_through_is_warned_of(manifest):
-    film = {"film_thickness": Quantity(value=10e-6, unit="m")}
+    film = {"coating_thickness": Quantity(value=10e-6, unit="m")}
     disc = manifest.contact.disc.model_copy(update=film)
     coated = manifest.model_copy(update={"contact": manifest.contact.model_copy(update={"disc": disc})})
     deep, shallow = (predict_wear(scenario(coated), [place]).notes for place in (500.0, 100.0))

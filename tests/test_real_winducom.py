@@ -105,5 +105,5 @@ def test_no_fit_reports_a_running_in_distance_that_the_data_cannot_hold(archive,
 def test_runs_without_depth_are_fitted_as_far_as_they_go(archive):
     for run_id in archive.ids():
         fit = archive.step(run_id, "wear_fit_archard").result
-        assert (fit.outcome, fit.lacks) == ("not fitted", ("a depth signal",))
+        assert (fit.outcome, fit.missing) == ("not fitted", ("a depth signal",))
         assert str(fit) == "archard: no wear coefficient: missing a depth signal"

@@ -165,14 +165,14 @@ def test_study_report_says_k_d_and_verdicts_as_the_archive_holds_them(studied, s
     page = study_page(studied, "air")
     for law in page.laws:
         assert flat(law.title) in study_html.text
-        for line in law.verdicts:
+        for line in law.agreement:
             assert flat(line.sentence) in study_html.text
         for table in law.tables:
             for row in table.rows:
                 assert all(flat(cell) in study_html.text for cell in row)
     assert all(flat(sentence)[1:] in study_html.text for sentence in page.sentences)
     verdicts = [span.text.strip() for span in study_html.all("span") if "outcome" in span.classes]
-    told = [line.outcome for law in page.laws for line in law.verdicts]
+    told = [line.outcome for law in page.laws for line in law.agreement]
     assert Counter(verdicts) == Counter(told + told)
 
 

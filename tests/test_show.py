@@ -16,7 +16,7 @@ from tribopipe.cli.pages import show_facts, show_run_page, show_study_page
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.pipeline.stages import ingest
 from tribopipe.results.finding import Finding
-from tribopipe.views.page import Fact, LawPage, StudyPage, TextTable, VerdictLine
+from tribopipe.views.page import AgreementLine, Fact, LawPage, StudyPage, TextTable
 from tribopipe.views.run_page import run_page
 
 RUN = "si3n4-air-200mN"
@@ -141,7 +141,7 @@ def test_study_page_says_all(capsys):
         title="Archard's law: k_D = 1",
         tables=(TextTable("agreement of each run with the model", ("run", "agreement"), (("a", "consistent"),)),),
         sentences=("scatter of k_D",),
-        verdicts=(VerdictLine("a", "fitted", "consistent", "It holds.", ("beware",)),),
+        agreement=(AgreementLine("a", "fitted", "consistent", "It holds.", ("beware",)),),
     )
     show_study_page(StudyPage("air", "In air", ("a",), (), (law,), ("note: one run",), "0.1.0", DATE, ""))
     lines = capsys.readouterr().out.splitlines()

@@ -76,7 +76,7 @@ def test_recorded_load_and_speed_of_a_step_are_proposed_and_not_taken(lab):
         r"^# rotational_speed = \"143 rpm\" +# median of 'Rotary.Velocity \(rpm\)' in step 7$", text, re.MULTILINE
     )
     assert re.search(r"^# normal_load = \"[45]\.?\d* N\" +# median of 'DAQ.Fz \(N\)' in step 7$", text, re.MULTILINE)
-    assert made[1].lacks == ("conditions.normal_load",)
+    assert made[1].missing == ("conditions.normal_load",)
 
 
 def test_steps_chosen_in_run_toml(lab):
@@ -279,7 +279,7 @@ def test_answers_are_asked_for_once_and_taken_for_all(lab):
 
     made = make_runs(Wanted([export], lab, split="Step"), ask)
     assert len(asked) == 3
-    assert all(one.lacks == () for one in made)
+    assert all(one.missing == () for one in made)
 
 
 def test_steps_left_together_are_said_to_be_so(lab):

@@ -37,7 +37,7 @@ COMMANDS = {
     "process runs --no-figures -vv": None,
     "ls": 30,
     "ls --all": 30,
-    "ls --columns id,load,k_d,k_d_sarkar,wear_volume,disc_wear_volume,started,verdicts": None,
+    "ls --columns id,load,k_d,k_d_sarkar,wear_volume,disc_wear_volume,started,agreement": None,
     "ls --columns help": None,
     f"show {HEAVY}": 40,
     f"show {HEAVY} -v": None,

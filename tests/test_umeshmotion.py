@@ -204,7 +204,7 @@ def test_k_d_is_taken_for_what_eq_9_means():
     with pytest.raises(FitError, match='distance_per_rotation = "volume-conserving"'):
         fitted_wear(DISCS, disc_fit("full-slip"))
     with pytest.raises(FitError, match="missing: end values"):
-        fitted_wear(DISCS, disc_fit("full-slip", outcome="not fitted", bodies={}, lacks=("end values",)))
+        fitted_wear(DISCS, disc_fit("full-slip", outcome="not fitted", bodies={}, missing=("end values",)))
 
 
 # --- that it compiles, and wears as tribopipe does ---

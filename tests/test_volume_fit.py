@@ -132,11 +132,11 @@ def test_curve_follows_the_wear_of_both():
 
 def test_no_volume_is_reported_as_before():
     fit = fit_wear(run_with(pin=None, disc=None), "archard", recipe=FIRST_ORDER)
-    assert (fit.outcome, fit.lacks) == ("not fitted", ("a depth signal",))
+    assert (fit.outcome, fit.missing) == ("not fitted", ("a depth signal",))
 
 
 def test_sarkars_law_asks_for_friction():
-    assert fit_wear(run_with(), "sarkar", recipe=FIRST_ORDER).lacks == ("a friction signal",)
+    assert fit_wear(run_with(), "sarkar", recipe=FIRST_ORDER).missing == ("a friction signal",)
 
 
 def test_a_body_that_lost_nothing_has_none():

@@ -116,7 +116,7 @@ def outcome(recorded: Recorded, law: str, *, judged: bool) -> Outcome | str:
     except Exception as error:  # noqa: BLE001 - a crash is an answer to be counted, too
         return _reason(error)
     if (pin := fit.first) is None:
-        return f"lacks {', '.join(fit.lacks)}"
+        return f"missing {', '.join(fit.missing)}"
     true = recorded.truth.coefficient
     measured = None if law != "archard" or rate is None else rate.specific_wear_rate
     return Outcome(

@@ -164,13 +164,13 @@ def _offer(plot: PlotOffer) -> dict[str, Any]:
 
 def study_line(page: StudyPage) -> dict[str, Any]:
     """Answer a study in one line: its runs, and how many agree with each law."""
-    laws = (f"{law_label(law.model)}: {_counted(verdict.outcome for verdict in law.verdicts)}" for law in page.laws)
+    laws = (f"{law_label(law.model)}: {_counted(line.outcome for line in law.agreement)}" for law in page.laws)
     return {
         "id": page.id,
         "title": page.title,
         "fitted": page.fitted,
         "predicted": page.predicted,
-        "verdicts": "; ".join(laws),
+        "agreement": "; ".join(laws),
     }
 
 

@@ -148,7 +148,7 @@ def _column(export: "Export", column: "ReadColumn") -> dict[str, Any]:
         "name": column.name,
         "unit": column.unit,
         "proposed_unit": unit.unit if (unit := export.open_units.get(column.name)) else None,
-        "signal": meaning.signal if meaning and not meaning.lacks else None,
+        "signal": meaning.signal if meaning and not meaning.doubt else None,
         "axis": column.axis,
         "least": found.least,
         "largest": found.largest,
@@ -186,4 +186,4 @@ def _meaning(export: "Export", column: "ReadColumn") -> str:
     if meaning is None:
         steps = step_column({one.name: one.values for one in export.table.columns})
         return (column.axis or ("step number" if column.name == steps else "–")) + proposed
-    return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.lacks}" if meaning.lacks else "") + proposed
+    return f"{meaning.signal}, {meaning.by}" + (f"? {meaning.doubt}" if meaning.doubt else "") + proposed

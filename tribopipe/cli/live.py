@@ -212,7 +212,7 @@ def _lines(update: "LiveUpdate") -> Iterator[str]:
     yield f"{update.id}: {far}"
     found = update.estimate
     if found is None:
-        yield update.lacks or ""
+        yield update.reason or ""
         return
     interval = between(found.interval, WEAR_COEFFICIENT)
     yield f"k_D = {found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % CI: {interval}"

@@ -142,7 +142,7 @@ def _document(made: "NewRun") -> dict[str, Any]:
         "id": made.folder.name,
         "folder": str(made.folder),
         "files": [{"format": group.first.reader.name, "names": group.names} for group in made.groups],
-        "still_to_be_filled_in": made.lacks,
+        "still_to_be_filled_in": made.missing,
         "problem": made.problem,
         "notes": made.notes,
         "accepted": made.accepted,
@@ -168,11 +168,11 @@ def _tell(made: "NewRun") -> None:
         say(f"  note: {note}")
     for value in made.accepted:
         say(f"  accepted: {value}")
-    if made.lacks:
-        say(f"still missing: {', '.join(made.lacks)}")
+    if made.missing:
+        say(f"still missing: {', '.join(made.missing)}")
     if made.problem:
         say(f"still to be corrected: {made.problem}")
     if made.bodies_lack:
         say(f"only friction is evaluated until run.toml describes the bodies; missing: {', '.join(made.bodies_lack)}")
-    first = f"edit {made.folder / 'run.toml'}, then " if made.lacks or made.problem else ""
+    first = f"edit {made.folder / 'run.toml'}, then " if made.missing or made.problem else ""
     say(f"Next: {first}tribopipe process {made.folder}")

@@ -248,8 +248,8 @@ def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     """Report which runs with a [contact] have no wear coefficient, and what to add to their run.toml."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
-        lacks = " and ".join(_to_be_added(runs[0]))
-        why = f"{_have(runs)} no wear coefficient ({_named(runs)}); missing: {lacks}"
+        missing = " and ".join(_to_be_added(runs[0]))
+        why = f"{_have(runs)} no wear coefficient ({_named(runs)}); missing: {missing}"
         yield _amending(runs[0], f"{why}: add the measured values to", found)
 
 
@@ -272,8 +272,8 @@ def _was_measured(run: "ListedRun") -> bool:
 
 def _to_be_added(run: "ListedRun") -> list[str]:
     """Return the keys of run.toml that would allow a k_D; a scar is sufficient even without a depth signal."""
-    lacks = [lack for lack in run.texts("lacks") if lack not in _SIGNALS]
-    return lacks or ([_END_VALUE] if _DEPTH in run.texts("lacks") and not _was_measured(run) else [])
+    missing = [lack for lack in run.texts("missing") if lack not in _SIGNALS]
+    return missing or ([_END_VALUE] if _DEPTH in run.texts("missing") and not _was_measured(run) else [])
 
 
 def _amending(run: "ListedRun", why: str, found: Whereabouts) -> NextStep:

@@ -159,8 +159,8 @@ def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
         yield Fact("  95 % CI", between(body.interval, WEAR_COEFFICIENT))
     if fit.parameters:
         yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
-    if not fit.bodies and fit.lacks:
-        yield Fact("k_D", f"not determined ({law}): {' and '.join(fit.lacks)} missing")
+    if not fit.bodies and fit.missing:
+        yield Fact("k_D", f"not determined ({law}): {' and '.join(fit.missing)} missing")
 
 
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:

@@ -74,7 +74,7 @@ def show_study_page(page: "StudyPage", *, in_full: bool = True) -> None:
             _show_table(told)
         for sentence in law.sentences if in_full else ():
             paragraph(sentence, "")
-        for verdict in law.verdicts if in_full else ():
+        for verdict in law.agreement if in_full else ():
             paragraph(f"{verdict.run_id}: {verdict.sentence}", "")
             for note in verdict.notes:
                 paragraph(f"{verdict.run_id}: {_noted(note)}", "")

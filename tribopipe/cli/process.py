@@ -215,7 +215,7 @@ def _say_doubts(outcome: "Outcome") -> None:
     correction = outcome.result
     if not isinstance(correction, DriftCorrection):
         return
-    if correction.lacks:
+    if correction.missing:
         say(f"{outcome.run_id}: {correction}")
 
 

@@ -89,8 +89,8 @@ def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
             )
         if fit.outcome == "not fitted":
             raise FitError(
-                f"{run_id}: found no k_D (missing: {' and '.join(fit.lacks)}); expected a fitted k_D; specify k_D with "
-                "--wear-coefficient"
+                f"{run_id}: found no k_D (missing: {' and '.join(fit.missing)}); expected a fitted k_D; specify k_D "
+                "with --wear-coefficient"
             )
 
     def known() -> "FrictionPath | None":

@@ -311,12 +311,12 @@ class PinAndTrackWear:
 
     def _through(self, last: State) -> Iterator[str]:
         for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
-            film, worn = body.film_thickness, float(last[depth])
-            if film is not None and worn > film.value:
+            coating, worn = body.coating_thickness, float(last[depth])
+            if coating is not None and worn > coating.value:
                 yield (
                     f"warning: found a wear depth of the {name} of {show(worn, None, 'm', 'um')}, more than its "
-                    f"coating thickness of {film.shown('um')}; expected wear within the coating, since k_D is that of "
-                    "the coating"
+                    f"coating thickness of {coating.shown('um')}; expected wear within the coating, since k_D is that "
+                    "of the coating"
                 )
 
     def _short(self, last: State) -> Iterator[str]:

@@ -72,7 +72,7 @@ class Specimen(Record):
     """K_Ic."""
     diameter: Length | None = None
     """Outer diameter of the specimen."""
-    film_thickness: Length | None = None
+    coating_thickness: Length | None = None
     """Thickness of a coating on it: k_D of a test that wears through it is of no material."""
 
 

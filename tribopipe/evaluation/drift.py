@@ -160,12 +160,12 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
     """
     recipe = recipe or Recipe()
     end, needed = _measured_wear(run, recipe)
-    lacks = [] if "depth" in run.columns else ["a depth signal"]
+    missing = [] if "depth" in run.columns else ["a depth signal"]
     alone = end is None and recipe.wear.correction == "model" and _tells_by_itself(run)
     if end is None and not alone:
-        lacks.append(needed)
-    if lacks:
-        return CorrectedRun(run, DriftCorrection(outcome="uncorrected", lacks=tuple(lacks)), None)
+        missing.append(needed)
+    if missing:
+        return CorrectedRun(run, DriftCorrection(outcome="uncorrected", missing=tuple(missing)), None)
     two_step = None if end is None else _two_step(run, end, recipe)
     if recipe.wear.correction == "two-step" and two_step is not None:
         return two_step

@@ -79,7 +79,7 @@ class References:
         Raises ``ArchiveError`` where a run is not there, or cannot be read.
         """
         own = self._archive.result(run_id, WEAR_FITS[law], WearFit)
-        if own is not None and NO_FRICTION in own.lacks:
+        if own is not None and NO_FRICTION in own.missing:
             return None  # nor could it be predicted under this law
         same, mine = self._bodies_of(run_id), self._listed.get(run_id)
         for run in self._known.get((law, *_alike(mine)), ()) if mine else ():

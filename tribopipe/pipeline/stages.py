@@ -160,7 +160,7 @@ def predict_archived(
     known = known_wear(fit)
     if known is None:
         raise TribopipeError(
-            f"{reference}: found no wear coefficient to predict from; missing: {' and '.join(fit.lacks)}"
+            f"{reference}: found no wear coefficient to predict from; missing: {' and '.join(fit.missing)}"
         )
     return predict_with(archive, run_id, reference, law, known, recipe, force=force)
 

@@ -305,13 +305,13 @@ def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
     if short is not None:
         return f"aborted: {short}"
     try:
-        lacks = _lacks(clean_run(run, recipe).run, recipe)
+        missing = _missing(clean_run(run, recipe).run, recipe)
     except TribopipeError as error:
         return str(error)
-    return f"missing: {' and '.join(lacks)}" if lacks else None
+    return f"missing: {' and '.join(missing)}" if missing else None
 
 
-def _lacks(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
+def _missing(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
     """Return what is missing for a k_D under Archard's law. Raises ``TribopipeError`` where its wear gives none."""
     if run.manifest.rolls:
         discs = measurement_problem(run, "archard", None, recipe)

@@ -169,7 +169,7 @@ def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
     meanings: Meanings = {}
     for name, source in signals.columns.items():
         meanings.setdefault(find_column(table, source.column, name, file).name, []).append((name, source))
-    meanings |= {name: [(meaning.signal, None)] for name, meaning in _by_the_file(table, signals) if not meaning.lacks}
+    meanings |= {name: [(meaning.signal, None)] for name, meaning in _by_the_file(table, signals) if not meaning.doubt}
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
@@ -191,9 +191,9 @@ def _by_the_file(table: ReadTable, signals: SignalFile) -> Iterator[tuple[str, M
 def doubts_on(table: ReadTable, signals: SignalFile, file: str) -> list[str]:
     """Report which columns seem to be signals and are not used, and why."""
     return [
-        f"{file}: column {name!r} seems to be {meaning.signal} and is not used: {meaning.lacks}"
+        f"{file}: column {name!r} seems to be {meaning.signal} and is not used: {meaning.doubt}"
         for name, meaning in _by_the_file(table, signals)
-        if meaning.lacks
+        if meaning.doubt
     ]
 
 

@@ -103,7 +103,7 @@ class Meaning(NamedTuple):
 
     signal: SignalName
     by: By
-    lacks: str = ""
+    doubt: str = ""
     """Reason why the column is not used unless the user confirms it."""
     synonym: bool = False
     """Whether the name is another one than the signal's own."""
@@ -123,8 +123,8 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     found: dict[str, Meaning] = {}
     for column in numbers:
         if column.signal is not None and not _taken(column.signal, found):
-            lacks = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
-            found[column.name] = Meaning(column.signal, "from the format", lacks)
+            doubt = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
+            found[column.name] = Meaning(column.signal, "from the format", doubt)
     for told in (_by_own_name, _by_synonym, _by_axis):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
@@ -142,8 +142,8 @@ def _strange(column: ReadColumn) -> Meaning | None:
     if is_mostly_numbers(column) or column.first_bad is None:
         return Meaning(own, by) if own else None
     signal, (line, text) = own or _by_synonym(column), column.first_bad
-    lacks = f"it contains text, first {text!r} in line {line}"
-    return Meaning(signal, by, lacks, synonym=own is None) if signal else None
+    doubt = f"it contains text, first {text!r} in line {line}"
+    return Meaning(signal, by, doubt, synonym=own is None) if signal else None
 
 
 def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
@@ -179,8 +179,8 @@ def _add_named(
     fitting = Counter(signal for column, signal in meant if _fits(column.unit, signal))
     for column, signal in meant:
         if _fits(column.unit, signal):
-            lacks = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
-            found[column.name] = Meaning(signal, "from its name", lacks, synonym=told is not _by_own_name)
+            doubt = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
+            found[column.name] = Meaning(signal, "from its name", doubt, synonym=told is not _by_own_name)
         elif column.unit is None:
             found[column.name] = Meaning(signal, "from its name", NO_UNIT, synonym=told is not _by_own_name)
 
@@ -192,7 +192,7 @@ def _other_sense(column: ReadColumn, signal: SignalName) -> str:
 
 
 def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
-    return any(meaning.signal == signal and not meaning.lacks for meaning in found.values())
+    return any(meaning.signal == signal and not meaning.doubt for meaning in found.values())
 
 
 def _fits(unit: str | None, signal: SignalName) -> bool:

@@ -81,7 +81,7 @@ class Export:
     def friction(self) -> str | None:
         """Name of the column that is taken for the friction coefficient."""
         taken = (name for name, meant in self.meanings.items() if meant.signal == "friction_coefficient")
-        return next((name for name in taken if not self.meanings[name].lacks), None)
+        return next((name for name in taken if not self.meanings[name].doubt), None)
 
     @cached_property
     def open_units(self) -> Mapping[str, OpenUnit]:

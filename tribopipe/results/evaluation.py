@@ -57,7 +57,7 @@ class DriftCorrection(Record):
 
     outcome: Literal["corrected", "uncorrected"]
     """Uncorrected if the depth signal, or the post-test measurement that separates drift from wear, is missing."""
-    lacks: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
     """Missing inputs of the correction."""
     anchor: str | None = None
     """Which post-test measurements the end of the curve was matched to; None if the sensor alone gives the wear."""
@@ -91,7 +91,7 @@ class DriftCorrection(Record):
 
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
-            return f"no drift correction: missing {' and '.join(self.lacks)}"
+            return f"no drift correction: missing {' and '.join(self.missing)}"
         if self.anchor is None:
             return f"drift {_in(self.drift_rate, 'nm/min')}, from the sensor alone: no wear was measured after the test"
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"

@@ -163,7 +163,7 @@ class WearFit(FitRecord):
     """Pressure that k_D was found by: even, as the Global Incremental Wear Model has it, or local."""
     outcome: Literal["fitted", "not fitted"]
     """Not fitted if an input of the fit is missing."""
-    lacks: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
     """Missing inputs of the fit."""
     notes: tuple[str, ...] = ()
     """Notes and warnings, including the defaults used."""
@@ -249,7 +249,7 @@ class WearFit(FitRecord):
         counted = "" if self.distance_per_rotation is None else f", {self.distance_per_rotation}"
         head = f"{self.model}{by(self.engine)}{counted}"
         if not self.bodies:
-            return f"{head}: no wear coefficient: missing {' and '.join(self.lacks)}"
+            return f"{head}: no wear coefficient: missing {' and '.join(self.missing)}"
         each = (
             f"{spoken(name)} {body}{_parameters(self.parameters)}{_depths(body)}" for name, body in self.bodies.items()
         )

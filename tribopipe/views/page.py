@@ -119,7 +119,7 @@ class RunPage:
 
 
 @dataclass(frozen=True)
-class VerdictLine:
+class AgreementLine:
     """What a study states about one run under one law."""
 
     run_id: str
@@ -142,7 +142,7 @@ class LawPage:
     tables: tuple[TextTable, ...]
     sentences: tuple[str, ...]
     """Scatter between runs and the like."""
-    verdicts: tuple[VerdictLine, ...]
+    agreement: tuple[AgreementLine, ...]
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ _FIELDS = {
     "surface_roughness": _Field("roughness Ra"),
     "vickers_hardness": _Field("Vickers hardness HV"),
     "fracture_toughness": _Field("fracture toughness K_Ic"),
-    "film_thickness": _Field("coating thickness"),
+    "coating_thickness": _Field("coating thickness"),
     "normal_load": _Field("normal load"),
     "sliding_speed": _Field("sliding speed"),
     "curved_disc_speed": _Field("speed of the crowned disc"),

@@ -11,7 +11,7 @@ from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.study import AGREEMENT, BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
 from tribopipe.results.wear_fit import by
 from tribopipe.version import VERSION
-from tribopipe.views.page import NOTHING, LawPage, StudyPage, TextTable, VerdictLine, bare, interval, shown
+from tribopipe.views.page import NOTHING, AgreementLine, LawPage, StudyPage, TextTable, bare, interval, shown
 
 
 def study_page(archive: Archive, study_id: str) -> StudyPage:
@@ -66,7 +66,7 @@ def _law(law: LawResult) -> LawPage:
         title=f"{law_heading(law.model)}{by(law.engine)}{counted}: {found}",
         tables=tuple(table for table in (_verdicts(law), _shapes(law), _engines(law)) if table.rows),
         sentences=(*scatter, *_lives(law)),
-        verdicts=tuple(map(_verdict_line, law.runs)),
+        agreement=tuple(map(_agreement_line, law.runs)),
     )
 
 
@@ -75,10 +75,10 @@ def _with_interval(found: StudiedBody) -> str:
     return f"{found.wear_coefficient.shown(WEAR_COEFFICIENT)}, 95 % CI: {ends}"
 
 
-def _verdict_line(verdict: RunVerdict) -> VerdictLine:
+def _agreement_line(verdict: RunVerdict) -> AgreementLine:
     warnings = (f"warning: {one}" for one in verdict.findings if one.severity == "warning")
     agreement, notes = AGREEMENT[verdict.outcome], (*warnings, *verdict.notes)
-    return VerdictLine(verdict.id, verdict.role, agreement, verdict.sentence, notes)
+    return AgreementLine(verdict.id, verdict.role, agreement, verdict.sentence, notes)
 
 
 def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:

@@ -77,7 +77,7 @@ def take_note(archive: Path, name: str, stamp: Stamp, before: Known | None) -> N
 
 
 def _read(archive: Path, name: str, known: Known) -> Note:
-    from tribopipe.archive.catalog.reading import read_cells, read_verdicts
+    from tribopipe.archive.catalog.reading import read_agreement, read_cells
     from tribopipe.archive.store import Archive
     from tribopipe.base.errors import ArchiveError
     from tribopipe.base.failures import number_of, unreadable
@@ -85,7 +85,7 @@ def _read(archive: Path, name: str, known: Known) -> Note:
     path, store = archive / name, Archive(archive)
     try:
         if name.startswith(f"{STUDIES}/"):
-            return Note(name, known, members=read_verdicts(store, path.stem))
+            return Note(name, known, members=read_agreement(store, path.stem))
         return Note(name, known, cells=read_cells(store, path.stem))
     except (AttributeError, LookupError, TypeError) as error:
         if number := number_of(error):
@@ -119,7 +119,7 @@ def forget(connection: sqlite3.Connection, names: Iterable[str]) -> None:
 
 def _keep_members(connection: sqlite3.Connection, note: Note) -> None:
     study = Path(note.name).stem
-    lines = ((note.name, study, run, verdict) for run, verdict in note.members)
+    lines = ((note.name, study, run, agreement) for run, agreement in note.members)
     connection.executemany("INSERT INTO members VALUES (?, ?, ?, ?, ?)", ((*line, sum_of(line)) for line in lines))
 
 

@@ -26,7 +26,7 @@ _WAIT = 20.0
 """How long another process may write, s."""
 _PAUSE = 60.0
 """How long a file that the system refuses is left alone, s: each attempt may read runs in vain."""
-_OF_STUDIES = ("studies", "verdicts")
+_OF_STUDIES = ("studies", "agreement")
 """Columns that come from the studies, not from the run."""
 NOTED = tuple(name for name in COLUMNS if name not in _OF_STUDIES)
 """Columns that come from the run."""
@@ -35,13 +35,13 @@ _CELLS = ", ".join(f'"{name}" {_TYPES[COLUMNS[name].kind].format(name)}' for nam
 _SCHEMA = f"""
 CREATE TABLE files (name TEXT PRIMARY KEY, stamp TEXT, settled INTEGER, sha256 TEXT, error TEXT, sum INTEGER);
 CREATE TABLE runs (file TEXT PRIMARY KEY REFERENCES files ON DELETE CASCADE, {_CELLS}, sum INTEGER);
-CREATE TABLE members (file TEXT REFERENCES files ON DELETE CASCADE, study TEXT, run TEXT, verdict TEXT, sum INTEGER);
+CREATE TABLE members (file TEXT REFERENCES files ON DELETE CASCADE, study TEXT, run TEXT, agreement TEXT, sum INTEGER);
 CREATE INDEX members_file ON members (file);
 CREATE VIEW listed AS
-    SELECT runs.*, studies, verdicts FROM runs LEFT JOIN (
+    SELECT runs.*, studies, agreement FROM runs LEFT JOIN (
         SELECT run, replace(group_concat(DISTINCT study), ',', char(10)) AS studies,
-            group_concat(verdict, char(10)) AS verdicts
-        FROM (SELECT * FROM members ORDER BY study, verdict) GROUP BY run
+            group_concat(agreement, char(10)) AS agreement
+        FROM (SELECT * FROM members ORDER BY study, agreement) GROUP BY run
     ) ON run = id;
 """  # noqa: S608, of names of columns alone
 _STATEMENTS = [statement.strip() for statement in _SCHEMA.split(";") if statement.strip()]

@@ -184,14 +184,14 @@ _ALL = (
     _text("comment", "comment", "Comment in run.toml."),
     _text("stage", "stage", "Last step of the run.", shown=True),
     _text("steps", "steps", "All steps of the run.", joint=", "),
-    _text("lacks", "missing", "Missing inputs, such as a post-test measurement.", joint="; "),
+    _text("missing", "missing", "Missing inputs, such as a post-test measurement.", joint="; "),
     _number("findings", "findings", "Number of errors and warnings at ingest.", "count"),
     ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
     _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
     _text("marked_bad", "why bad", "Reason for the bad mark."),
     _text("notes", "notes", "Notes on the run.", joint="; "),
     _text("studies", "studies", "Studies that include the run.", joint=", "),
-    _text("verdicts", "agreement", "Agreement of the run with each law in these studies.", joint="; "),
+    _text("agreement", "agreement", "Agreement of the run with each law in these studies.", joint="; "),
 )
 
 COLUMNS: Mapping[str, ListedColumn] = {column.name: column for column in (*_ALL, *_of_other_laws())}
@@ -215,8 +215,6 @@ ALIASES: Mapping[str, str] = {
     "date": "started",
     "step": "steps",
     "study": "studies",
-    "verdict": "verdicts",
-    "agreement": "verdicts",
 }
 """Other names of columns."""
 

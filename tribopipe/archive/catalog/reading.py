@@ -82,15 +82,15 @@ def read_cells(archive: Archive, run_id: str) -> dict[str, Cell]:
     return {name: _cell(COLUMNS[name], value) for name, value in known.items() if name in COLUMNS}
 
 
-def read_verdicts(archive: Archive, study_id: str) -> list[tuple[str, str | None]]:
+def read_agreement(archive: Archive, study_id: str) -> list[tuple[str, str | None]]:
     """Return each run of a study with its agreement with each law; none where the study has no result for it."""
     outline = archive.study_outline(study_id)
-    verdicts = list(_verdicts(study_id, outline.result))
-    silent = {*outline.study.fit, *outline.study.predict}.difference(run for run, _ in verdicts)
-    return [*verdicts, *((run, None) for run in sorted(silent))]
+    lines = list(_agreement(study_id, outline.result))
+    silent = {*outline.study.fit, *outline.study.predict}.difference(run for run, _ in lines)
+    return [*lines, *((run, None) for run in sorted(silent))]
 
 
-def _verdicts(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
+def _agreement(study_id: str, result: StudyResult) -> Iterator[tuple[str, str]]:
     for law in result.laws:
         for run in law.runs:
             yield run.id, f"{law_label(law.model)} in {study_id}: {AGREEMENT[run.outcome]}"
@@ -192,8 +192,8 @@ def _worn(result: Record | None) -> tuple[BodyWearRate | None, BodyWearRate | No
 
 def _progress(held: _Held) -> dict[str, object]:
     reached = (stage for prefix, stage in _STAGES.items() if any(name.startswith(prefix) for name in held.results))
-    lacks = [lack for result in held.results.values() for lack in getattr(result, "lacks", ())]
-    return {"steps": list(held.results), "stage": next(reached, "ingested"), "lacks": list(dict.fromkeys(lacks))}
+    missing = [name for result in held.results.values() for name in getattr(result, "missing", ())]
+    return {"steps": list(held.results), "stage": next(reached, "ingested"), "missing": list(dict.fromkeys(missing))}
 
 
 def _annotated(history: list[Annotation]) -> dict[str, object]:

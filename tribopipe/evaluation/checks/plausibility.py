@@ -273,18 +273,19 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 @check_cleaned("warning")
 def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find wear deeper than the coating of a body, so that k_D is that of coating and substrate together."""
-    films = {name: body.film_thickness for name, body in run.manifest.bodies.items() if body.film_thickness is not None}
-    if not films or run.manifest.contact is None:
+    bodies = run.manifest.bodies.items()
+    coatings = {name: body.coating_thickness for name, body in bodies if body.coating_thickness is not None}
+    if not coatings or run.manifest.contact is None:
         return
     contact = run.manifest.contact
     with suppress(ContactError, FitError):
         worn = {contact.body_name(role): rate.depth for role, rate in specific_wear(cleaned.run).bodies.items()}
-        for name, film in films.items():
+        for name, coating in coatings.items():
             depth = worn.get(name)
-            if depth is not None and depth.value > film.value:
+            if depth is not None and depth.value > coating.value:
                 yield Trouble(
-                    f"contact.{name}.film_thickness",
-                    f"found wear {depth.shown('um')} deep in a coating of {film.shown('um')}; expected wear within "
+                    f"contact.{name}.coating_thickness",
+                    f"found wear {depth.shown('um')} deep in a coating of {coating.shown('um')}; expected wear within "
                     "the coating",
                     "repeat the test over a shorter distance; k_D and wear rate of this test are for coating and "
                     "substrate combined",

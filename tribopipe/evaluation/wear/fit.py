@@ -117,7 +117,7 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     if isinstance(found, tuple) and volumes is not None:
         found = volumes
     if isinstance(found, tuple):
-        return WearFit(engine=recipe.wear.engine or "giwm", outcome="not fitted", lacks=found, **common)
+        return WearFit(engine=recipe.wear.engine or "giwm", outcome="not fitted", missing=found, **common)
     source: FrictionSource | None = None
     if law_named(model).needs_friction:
         source = "fitted" if isinstance(found.friction, ExponentialFriction) else "measured"

@@ -415,11 +415,11 @@ def wear_problem(
     """Pose the fit of k_D to a corrected run under a law as it is to start, or report what is missing for it."""
     run, manifest = corrected.run, corrected.run.manifest
     if corrected.wear_depth is None:
-        return corrected.correction.lacks
+        return corrected.correction.missing
     measured = end_wear(run, recipe.uncertainty)
     end = measured or _end_by_reading(corrected)
     if end is None:
-        return corrected.correction.lacks
+        return corrected.correction.missing
     if measured is None and _disc_wears(run, recipe, end.pin_depth.value):
         return (
             "a post-test measurement of the pin, since the disc has also worn and the depth signal includes the wear "

@@ -257,8 +257,10 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     origin = f"It was identified from run {run_id} under {fit.model.title()}'s law"
     notes: tuple[str, ...] = (_MEASURED,) if fit.friction == "measured" else ()
     if fit.first is None:
-        lacks = " and ".join(fit.lacks)
-        raise FitError(f"{run_id}: found no k_D (missing: {lacks}); expected a k_D; specify it with --wear-coefficient")
+        missing = " and ".join(fit.missing)
+        raise FitError(
+            f"{run_id}: found no k_D (missing: {missing}); expected a k_D; specify it with --wear-coefficient"
+        )
     first, *others = fit.bodies
     worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
     notes += tuple(_OTHER_WEARS.format(spoken(name), spoken(first)) for name in worn)

@@ -35,7 +35,7 @@ class LiveUpdate(Record):
     """Sliding distance so far; none before the first sample."""
     estimate: Estimate | None = None
     """Estimate from the samples; None if there are too few."""
-    lacks: str | None = None
+    reason: str | None = None
     """Why there is no estimate."""
     alarms: tuple[Alarm, ...] = ()
     """Alarms, each reported once."""
@@ -63,7 +63,7 @@ class Session:
         self._follower = Follower(asked.run.manifest, folder)
         self._sensor = StuckSensor()
         self._reached: float | None = None
-        self._lacks = "no samples yet"
+        self._reason = "no samples yet"
         self._told: set[AlarmKind] = set()
 
     def look(self) -> LiveUpdate:
@@ -112,7 +112,7 @@ class Session:
         try:
             self.posterior = posterior(live_problem(self.asked, self.state), self.asked.recipe.monte_carlo)
         except FitError as error:
-            self.posterior, self._lacks = None, str(error)
+            self.posterior, self._reason = None, str(error)
 
     def _amiss(self) -> Iterator[Alarm]:
         """Report what does not look sound."""
@@ -136,7 +136,7 @@ class Session:
             samples=self.state.samples,
             sliding_distance=None if self._reached is None else Quantity(value=self._reached, unit="m"),
             estimate=None if found is None else estimated(found, self.asked.law, self.asked.planned),
-            lacks=self._lacks if found is None else None,
+            reason=self._reason if found is None else None,
             alarms=tuple(new),
             notes=self.asked.known.notes,
         )

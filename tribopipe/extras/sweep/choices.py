@@ -79,7 +79,7 @@ def fitted(run: RawRun, choice: Choice) -> WearFit:
 def fit_rows(fit: WearFit) -> Iterator[Row]:
     """Give a row for each body that a k_D was sought of."""
     if fit.outcome == "not fitted":
-        yield Row("", fit.outcome, {}, f"missing: {' and '.join(fit.lacks)}")
+        yield Row("", fit.outcome, {}, f"missing: {' and '.join(fit.missing)}")
     for name, body in fit.bodies.items():
         yield Row(spoken(name), fit.outcome, _kept(body))
 

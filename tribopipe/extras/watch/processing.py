@@ -159,12 +159,12 @@ def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Even
     said = f"{entry.name}: run {entry.run}"
     if entry.instead_of:
         said += f", since the file continued after run {entry.instead_of} was created from it"
-    lacks = made and (", ".join(made.lacks) or made.problem)
-    if not lacks:
+    missing = made and (", ".join(made.missing) or made.problem)
+    if not missing:
         journal.note(entry.model_copy(update={"state": "made"}))
         return Event("made", said, entry.name, entry.run)
     journal.note(lab.failed(entry))
-    said += f"; still to be filled in: {lacks}; it is processed after this is entered in {lab.manifest(entry)}"
+    said += f"; still to be filled in: {missing}; it is processed after this is entered in {lab.manifest(entry)}"
     return Event("waiting", said, entry.name, entry.run)
 
 

@@ -25,7 +25,7 @@ from tribopipe.pipeline.verify.look import Look
 _SAID = (
     "SELECT sha256, error FROM files WHERE name = ?",
     "SELECT * FROM runs WHERE file = ?",
-    "SELECT study, run, verdict FROM members WHERE file = ? ORDER BY study, run, verdict",
+    "SELECT study, run, agreement FROM members WHERE file = ? ORDER BY study, run, agreement",
 )
 _LS = "`tribopipe ls` creates it again"
 

@@ -83,7 +83,7 @@ class NewRun:
 
     folder: Path
     groups: tuple[Group, ...]
-    lacks: tuple[str, ...]
+    missing: tuple[str, ...]
     """Keys without which it cannot be processed."""
     bodies_lack: tuple[str, ...]
     """Keys without which wear cannot be computed."""
@@ -250,11 +250,11 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
-    lacks, bodies_lack = draft.known.lacks, draft.known.bodies_lack
+    missing, bodies_lack = draft.known.missing, draft.known.bodies_lack
     if not draft.is_recorded:  # there is no friction to be evaluated without the bodies
-        lacks, bodies_lack = [*lacks, *bodies_lack], []
+        missing, bodies_lack = [*missing, *bodies_lack], []
     return NewRun(
-        plan.target, tuple(draft.groups), tuple(lacks), tuple(bodies_lack), problem, tuple(notes), tuple(accepted)
+        plan.target, tuple(draft.groups), tuple(missing), tuple(bodies_lack), problem, tuple(notes), tuple(accepted)
     )
 
 

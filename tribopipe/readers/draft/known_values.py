@@ -179,7 +179,7 @@ class Known:
         return _kind(self.values)
 
     @property
-    def lacks(self) -> list[str]:
+    def missing(self) -> list[str]:
         """Keys without which a run.toml cannot be processed."""
         needed = [LOAD]
         if self.kind == "twin-disc" and "conditions.flat_disc_speed" not in self.given:
@@ -193,7 +193,7 @@ class Known:
 
     def completed(self) -> "Known":
         """Give the same with stand-ins for what is missing, by which everything else can be tried."""
-        return replace(self, given=self.given | {key: Given(_stand_ins(self.values)[key]) for key in self.lacks})
+        return replace(self, given=self.given | {key: Given(_stand_ins(self.values)[key]) for key in self.missing})
 
     def problem(self, more: Values | None = None) -> str | None:
         """Report what is wrong with what is known, and more, whatever else may come; nothing where all fits."""

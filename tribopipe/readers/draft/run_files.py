@@ -172,7 +172,7 @@ def _steps(export: Export, column: str) -> list[Step]:
 
 def _column(export: Export, signal: str) -> ReadColumn | None:
     """Return the column of numbers that is taken for a signal."""
-    names = [name for name, meaning in export.meanings.items() if meaning.signal == signal and not meaning.lacks]
+    names = [name for name, meaning in export.meanings.items() if meaning.signal == signal and not meaning.doubt]
     return next((one for one in export.table.columns if one.name in names and one.first_bad is None), None)
 
 

@@ -40,21 +40,21 @@ class Mapped(NamedTuple):
     by: str
     unit: str | None = None
     """Unit that takes precedence over that in the file."""
-    lacks: str = ""
+    doubt: str = ""
     """Why the line is commented out."""
 
     @property
     def code(self) -> str:
         """The line as TOML."""
-        unit = KINDS[SIGNALS[self.signal].kind].shown if self.lacks == NO_UNIT else self.unit
+        unit = KINDS[SIGNALS[self.signal].kind].shown if self.doubt == NO_UNIT else self.unit
         source = {"column": self.column.name, "unit": unit} if unit else self.column.name
-        return f"{'# ' if self.lacks else ''}{self.signal} = {toml(source)}"
+        return f"{'# ' if self.doubt else ''}{self.signal} = {toml(source)}"
 
     @property
     def remark(self) -> str:
         """Return the comment after the line."""
         shown = pretty(self.unit or self.column.unit or "")
-        return ", ".join(part for part in (shown, self.by, self.lacks) if part)
+        return ", ".join(part for part in (shown, self.by, self.doubt) if part)
 
 
 _TELLS_SPEED: tuple[SignalName, ...] = ("sliding_speed", "sliding_distance", "rotations")
@@ -72,11 +72,11 @@ def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_
     for column in export.table.columns:
         meaning = export.meanings.get(column.name)
         if meaning is not None and meaning.signal not in signals and column.name not in names:
-            found.append(Mapped(meaning.signal, column, meaning.by, lacks=meaning.lacks))
+            found.append(Mapped(meaning.signal, column, meaning.by, doubt=meaning.doubt))
     turning = rotational_speeds(export)
-    if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.lacks for one in found):
+    if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.doubt for one in found):
         found = [one for one in found if one.signal != "sliding_speed"]
-        found.append(Mapped("sliding_speed", turning[0], "times the track radius", lacks="" if on_track else NO_RADIUS))
+        found.append(Mapped("sliding_speed", turning[0], "times the track radius", doubt="" if on_track else NO_RADIUS))
     found = _with_definitions(export, _with_open_units(export, found))
     order = list(SIGNALS)
     return sorted(found, key=lambda mapped: order.index(mapped.signal))
@@ -85,8 +85,8 @@ def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_
 def _with_open_units(export: Export, found: list[Mapped]) -> list[Mapped]:
     """Propose the units that the header leaves open, by the identities that hold with them."""
     return [
-        one._replace(unit=unit.unit, lacks=f"{NO_UNIT}; {unit.unit} is proposed by {unit.why}")
-        if one.lacks == NO_UNIT and (unit := export.open_units.get(one.column.name))
+        one._replace(unit=unit.unit, doubt=f"{NO_UNIT}; {unit.unit} is proposed by {unit.why}")
+        if one.doubt == NO_UNIT and (unit := export.open_units.get(one.column.name))
         else one
         for one in found
     ]
@@ -98,8 +98,8 @@ def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
         return found
     columns = {column.name: column for column in export.table.columns}
     names = [one.column for one in friction_definitions(export.table.columns)]
-    lacks = f"one of {len(names)} definitions of friction"
-    return found + [Mapped("friction_coefficient", columns[name], "from its name", lacks=lacks) for name in names]
+    doubt = f"one of {len(names)} definitions of friction"
+    return found + [Mapped("friction_coefficient", columns[name], "from its name", doubt=doubt) for name in names]
 
 
 def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:
@@ -257,7 +257,7 @@ def _signals(group: Group, draft: Draft) -> list[str]:
         *(_Line(f"{name} = {toml(value)}", f"from {draft.template}") for name, value in draft.dialect.items()),
         *_part_of_file(draft),
     ]
-    named = any(not one.lacks for one in mapped)
+    named = any(not one.doubt for one in mapped)
     columns = [_Line(f"{'' if named else '# '}[signals.columns]"), *(_Line(one.code, one.remark) for one in mapped)]
     return [*_aligned(lines), *_aligned(columns), *_unmapped(first, mapped)]
 

@@ -262,7 +262,7 @@ def _columns(export: Export) -> Iterator[tuple[str, str, ReadColumn]]:
     turning = rotational_speeds(export)
     for column in export.table.columns:
         meaning = export.meanings.get(column.name)
-        known = _SIGNALS.get(meaning.signal) if meaning and not meaning.lacks else _NAMES.get(plain_name(column))
+        known = _SIGNALS.get(meaning.signal) if meaning and not meaning.doubt else _NAMES.get(plain_name(column))
         if column.first_bad is not None or column.unit is None or column.values.dtype.kind != "f":
             continue
         if turning == [column]:

@@ -188,7 +188,7 @@ def _placed(units: list[str], names: Sequence[str], separator: str) -> tuple[str
         if len(units) != without.count(False):
             return ()
         rest = iter(units)
-        return tuple("" if lacks else next(rest) for lacks in without)
+        return tuple("" if missing else next(rest) for missing in without)
     return tuple(without_brackets(unit) for unit in units)
 
 

@@ -168,10 +168,10 @@ export interface StudyLine {
   title: string;
   fitted: string[];
   predicted: string[];
-  verdicts: string;
+  agreement: string;
 }
 
-export interface VerdictLine {
+export interface AgreementLine {
   run_id: string;
   role: string;
   outcome: string;
@@ -187,7 +187,7 @@ export interface LawPage {
   title: string;
   tables: TextTable[];
   sentences: string[];
-  verdicts: VerdictLine[];
+  agreement: AgreementLine[];
 }
 
 export interface Study {

@@ -5,7 +5,7 @@ interface Props {
   children: ReactNode;
 }
 
-/** A short word on something: a tag, a verdict, a mark. */
+/** A short word on something: a tag, an outcome, a mark. */
 export function Chip({ tone = "plain", children }: Props) {
   return <span className={`chip chip-${tone}`}>{children}</span>;
 }

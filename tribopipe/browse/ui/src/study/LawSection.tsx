@@ -1,4 +1,4 @@
-import type { LawPage, PlotOffer, Study, VerdictLine } from "../api";
+import type { AgreementLine, LawPage, PlotOffer, Study } from "../api";
 import { Card } from "../components/Card";
 import { TextTable } from "../components/TextTable";
 import PlotSection from "../plot/PlotSection";
@@ -19,8 +19,8 @@ export function LawSection({ study, law }: { study: Study; law: LawPage }) {
       </p>
       {together && <PlotSection base={studyApi(study.id)} file={study.file} offer={together} />}
       <ul className="judged">
-        {law.verdicts.map((verdict) => (
-          <Judged key={verdict.run_id} study={study} verdict={verdict} offer={offerOf(study, law, verdict)} />
+        {law.agreement.map((line) => (
+          <Judged key={line.run_id} study={study} line={line} offer={offerOf(study, law, line)} />
         ))}
       </ul>
       <TextList texts={law.sentences} kind="sentences" />
@@ -29,27 +29,27 @@ export function LawSection({ study, law }: { study: Study; law: LawPage }) {
   );
 }
 
-const offerOf = (study: Study, law: LawPage, { run_id }: VerdictLine): PlotOffer | undefined =>
+const offerOf = (study: Study, law: LawPage, { run_id }: AgreementLine): PlotOffer | undefined =>
   study.plots.find(({ name }) => name === `wear-${law.model}-${run_id}`);
 
 interface Props {
   study: Study;
-  verdict: VerdictLine;
+  line: AgreementLine;
   offer: PlotOffer | undefined;
 }
 
-function Judged({ study, verdict, offer }: Props) {
+function Judged({ study, line, offer }: Props) {
   return (
     <li>
       <p className="judged-head">
-        <Outcome name={verdict.outcome} />
-        <Link href={runHref(verdict.run_id)}>{verdict.run_id}</Link>
-        <span className="soft">{verdict.role}</span>
+        <Outcome name={line.outcome} />
+        <Link href={runHref(line.run_id)}>{line.run_id}</Link>
+        <span className="soft">{line.role}</span>
       </p>
-      <p className="sentence">{verdict.sentence}</p>
-      <TextList texts={verdict.notes} kind="notes" />
+      <p className="sentence">{line.sentence}</p>
+      <TextList texts={line.notes} kind="notes" />
       {offer && (
-        <Disclosure title={`Wear curve of ${verdict.run_id}`}>
+        <Disclosure title={`Wear curve of ${line.run_id}`}>
           {() => <PlotSection base={studyApi(study.id)} file={study.file} offer={offer} />}
         </Disclosure>
       )}

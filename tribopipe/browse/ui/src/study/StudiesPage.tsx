@@ -40,7 +40,7 @@ function Listed({ studies }: { studies: StudyLine[] }) {
             <Runs said="Predicted" ids={study.predicted} />
             <dt>Agreement</dt>
             <dd>
-              {study.verdicts.split("; ").map((law, place) => (
+              {study.agreement.split("; ").map((law, place) => (
                 <div key={place}>{law}</div>
               ))}
             </dd>

@@ -12,14 +12,14 @@ import { TextList } from "../run/TextList";
 import { useAnchor } from "../run/useAnchor";
 import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
+import { AgreementCard } from "./AgreementCard";
 import { lawId } from "./laws";
 import { LawSection } from "./LawSection";
 import { studyApi } from "./places";
 import { StudyHead } from "./StudyHead";
 import { StudyOrigin } from "./StudyOrigin";
-import { Verdicts } from "./Verdicts";
 
-/** One study: the verdicts, then each law with its curves, tables and sentences. */
+/** One study: agreement with the models, then each law with its curves, tables and sentences. */
 export default function StudyPage({ id }: { id: string }) {
   useTitle(id);
   const { answer: study, error } = useAnswer<Study>(studyApi(id));
@@ -35,7 +35,7 @@ export default function StudyPage({ id }: { id: string }) {
       <div className="with-contents">
         <Contents sections={sections(study)} />
         <div className="parts">
-          <Verdicts study={study} />
+          <AgreementCard study={study} />
           <Said study={study} />
           {study.laws.map((law) => (
             <LawSection key={law.model} study={study} law={law} />

@@ -5,11 +5,11 @@ import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
 
 /** Agreement of each run with each law, and k_D under each. */
-export function Verdicts({ study }: { study: Study }) {
+export function AgreementCard({ study }: { study: Study }) {
   return (
     <Card title="Agreement with the models" id="agreement">
       <div className="table-box" tabIndex={0} role="region" aria-label="Agreement of each run with each law">
-        <table className="texts verdicts">
+        <table className="texts agreement">
           <thead>
             <tr>
               <th scope="col">run</th>
@@ -30,7 +30,7 @@ export function Verdicts({ study }: { study: Study }) {
                 <td>{role}</td>
                 {study.laws.map((law) => (
                   <td key={law.model}>
-                    <Given outcome={law.verdicts.find((verdict) => verdict.run_id === id)?.outcome} />
+                    <Given outcome={law.agreement.find((line) => line.run_id === id)?.outcome} />
                   </td>
                 ))}
               </tr>
