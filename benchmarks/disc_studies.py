@@ -23,7 +23,7 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
-from tribopipe.extras.simulate import simulate_twin_disc_run
+from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.study import AGREEMENT, BodyVerdict, LawResult, Verdict
@@ -53,7 +53,7 @@ Answer = LawResult | str
 def made(run: TwinDiscVirtualRun, folder: Path) -> Member:
     """Record a run within the laboratory's errors, and read it as a lab would."""
     series = SERIES.model_copy(update={"systematic_errors": True, "runs": (run,)})
-    simulate_twin_disc_run(series, run, folder / run.id)
+    VirtualTwinDiscTest(series, run).write(folder / run.id)
     return Member(correct_drift(read_run(folder / run.id)), None)
 
 

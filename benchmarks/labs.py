@@ -38,7 +38,7 @@ from tribopipe.documents.record import load_toml
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.sweep.virtual_tests import pin_run
+from tribopipe.extras.sweep.virtual_tests import recorded_run
 from tribopipe.physics import uncertainty
 from tribopipe.results.run import CorrectedRun
 
@@ -124,7 +124,7 @@ def _recorded(series: Series, run: VirtualRun, moduli: tuple[float, float]) -> L
     contact = series.contact
     true_contact = contact.with_bodies(contact.pin.model_copy(update=pin), contact.counterbody.model_copy(update=other))
     test = VirtualTest(series.model_copy(update={"contact": true_contact}), run)
-    return LabRun(correct_drift(pin_run(series, run, test)), test.truth())
+    return LabRun(correct_drift(recorded_run(series, test)), test.truth())
 
 
 def reason(error: Exception) -> str:

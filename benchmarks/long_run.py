@@ -35,7 +35,6 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.simulate.pin_on_disc import simulate_run
 from tribopipe.readers import long_runs, long_text
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
@@ -67,7 +66,7 @@ class _Noise:
 
 def write_run(folder: Path, rows: int) -> None:
     """Write a run folder of so many rows, few of which are in memory at once."""
-    simulate_run(SERIES, SAMPLE, folder)
+    VirtualTest(SERIES, SAMPLE).write(folder)
     with (folder / "signals.csv").open("w", encoding="ascii", newline="\n") as file:
         file.write("Time [s],Depth [um],Ff [mN],Fn [mN]\n")
         for block in _samples(rows):

@@ -25,7 +25,7 @@ from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.sweep.virtual_tests import pin_run
+from tribopipe.extras.sweep.virtual_tests import recorded_run
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.study import Evaluation
@@ -37,7 +37,7 @@ def sample(name: str) -> LabRun:
     """Return a sample run in memory."""
     series, run = SAMPLES[name]
     test = VirtualTest(series, run)
-    return LabRun(correct_drift(pin_run(series, run, test)), test.truth())
+    return LabRun(correct_drift(recorded_run(series, test)), test.truth())
 
 
 def study_of(laws: tuple[LawName, ...], members: dict[str, Member]) -> Evaluation:

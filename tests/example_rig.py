@@ -14,7 +14,7 @@ from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.prediction import predict_wear
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.sweep.virtual_tests import pin_run
+from tribopipe.extras.sweep.virtual_tests import recorded_run
 from tribopipe.results.wear_fit import WearFit
 
 PLUGIN = Path(__file__).parent / "example_plugin"
@@ -113,7 +113,7 @@ def virtual(series: Series, seed: int, law: str = "running_in", recipe: Recipe =
     """Record a run of the series with a seed, and fit a law to it."""
     run = series.runs[0].model_copy(update={"seed": seed})
     test = VirtualTest(series, run)
-    return test, fit_wear(correct_drift(clean_run(pin_run(series, run, test)).run, recipe), law, None, recipe)
+    return test, fit_wear(correct_drift(clean_run(recorded_run(series, test)).run, recipe), law, None, recipe)
 
 
 def predicted(series: Series, fit: WearFit, load: float, at: float) -> Quantity:

@@ -13,7 +13,7 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.twin_disc import disc_end_wear, disc_measurements
-from tribopipe.extras.simulate import VirtualTwinDiscTest, simulate_twin_disc_run
+from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.readers.harmonize import read_run
 
 CROWN, RADIUS = 4e-3, 4e-3
@@ -224,7 +224,7 @@ def test_run_without_depth_or_end_value_passes_through():
 
 def test_run_read_from_its_folder_is_the_run_in_memory(tmp_path):
     planned = PLANNED["4pct-100k"]
-    simulate_twin_disc_run(SERIES, planned, tmp_path / "run")
+    VirtualTwinDiscTest(SERIES, planned).write(tmp_path / "run")
     read, here = correct_drift(read_run(tmp_path / "run")), correct_drift(recorded(planned, off=False))
     assert read.correction.drift_rate.value == pytest.approx(here.correction.drift_rate.value, rel=0.05)
     assert read.correction.end_wear_depth.value == pytest.approx(here.correction.end_wear_depth.value, rel=1e-4)

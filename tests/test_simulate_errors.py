@@ -10,7 +10,7 @@ from test_identify import CASES
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.plan import Sensors, Series, VirtualRun
 from tribopipe.documents.quantity import Quantity
-from tribopipe.extras.simulate import VirtualTest, simulate_run
+from tribopipe.extras.simulate import VirtualTest
 from tribopipe.physics.geometry import cap_radius
 
 SERIES, RUN = CASES["si3n4-air-200mN"]
@@ -132,7 +132,7 @@ def test_load_and_moduli_are_off_too():
 @pytest.mark.parametrize("errors", [True, False])
 def test_manifest_states_what_was_meant_whatever_is_off(tmp_path, errors):
     series = SHORT.model_copy(update={"systematic_errors": errors})
-    truth = simulate_run(series, RUN, tmp_path)
+    truth = VirtualTest(series, RUN).write(tmp_path)
     manifest, _ = read_manifest(tmp_path / "run.toml")
     assert manifest.contact == SHORT.contact
     assert manifest.conditions.sliding_speed == SHORT.sliding_speed
@@ -180,7 +180,7 @@ def test_scar_is_that_of_the_true_tip_and_not_of_the_stated_one():
 
 
 def test_height_loss_is_written_into_the_manifest(tmp_path):
-    simulate_run(SHORT.model_copy(update={"sensors": measured_by("pin_wear_depth")}), RUN, tmp_path)
+    VirtualTest(SHORT.model_copy(update={"sensors": measured_by("pin_wear_depth")}), RUN).write(tmp_path)
     manifest, _ = read_manifest(tmp_path / "run.toml")
     worn = virtual(errors=False, sensors=measured_by("pin_wear_depth")).record()[1]["pin_wear_depth"]
     assert manifest.end_values.pin_scar_diameter is None
@@ -234,7 +234,7 @@ def test_wear_of_both_bodies_has_the_shape_of_the_check_values():
 
 
 def test_scar_and_volume_of_both_bodies_are_measured(tmp_path):
-    simulate_run(*on_flat(), tmp_path / "both")
+    VirtualTest(*on_flat()).write(tmp_path / "both")
     manifest, _ = read_manifest(tmp_path / "both" / "run.toml")
     ends = manifest.end_values
     volume = ends.disc_wear_volume

@@ -13,7 +13,7 @@ from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.plan import Fatigue, Plan, TwinDiscSeries, TwinDiscTruth, TwinDiscVirtualRun
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import load_toml, read_document
-from tribopipe.extras.simulate import VirtualTwinDiscTest, simulate_plan, simulate_twin_disc_run
+from tribopipe.extras.simulate import VirtualTwinDiscTest, simulate_plan
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.twin_disc import DiscPair
 from tribopipe.readers.harmonize import read_run
@@ -283,7 +283,7 @@ def test_manifest_states_what_was_meant_whatever_is_off(tmp_path, errors):
             "sensors": SERIES.sensors.model_copy(update={"end_values": ALL_MEASURED}),
         }
     )
-    truth = simulate_twin_disc_run(series, RUN, tmp_path)
+    truth = VirtualTwinDiscTest(series, RUN).write(tmp_path)
     manifest, _ = read_manifest(tmp_path / "run.toml")
     assert manifest.contact == SERIES.contact
     assert manifest.conditions.normal_load == SERIES.normal_load
@@ -307,12 +307,12 @@ def test_width_of_a_disc_is_written(tmp_path):
     width = Quantity(value=2e-3, unit="m")
     curved = SERIES.contact.curved_disc.model_copy(update={"width": width})
     contact = SERIES.contact.model_copy(update={"curved_disc": curved})
-    simulate_twin_disc_run(SERIES.model_copy(update={"contact": contact}), RUN, tmp_path)
+    VirtualTwinDiscTest(SERIES.model_copy(update={"contact": contact}), RUN).write(tmp_path)
     assert read_manifest(tmp_path / "run.toml")[0].contact == contact
 
 
 def test_run_is_read_as_it_was_recorded(tmp_path):
-    simulate_twin_disc_run(SERIES, RUN, tmp_path)
+    VirtualTwinDiscTest(SERIES, RUN).write(tmp_path)
     run, (columns, _) = read_run(tmp_path), virtual().record()
     for name, digit in (
         ("time", 0.1),
@@ -328,7 +328,7 @@ def test_run_is_read_as_it_was_recorded(tmp_path):
 
 def test_load_of_a_run_goes_before_that_of_its_series(tmp_path):
     own = RUN.model_copy(update={"normal_load": Quantity(value=0.3, unit="N")})
-    simulate_twin_disc_run(SERIES, own, tmp_path)
+    VirtualTwinDiscTest(SERIES, own).write(tmp_path)
     assert read_manifest(tmp_path / "run.toml")[0].conditions.normal_load.value == pytest.approx(0.3)
     assert np.mean(virtual(own).record()[0]["normal_force"]) == pytest.approx(0.3, rel=1e-3)
     assert virtual(own).state.curved_volume[-1] > virtual().state.curved_volume[-1]
@@ -445,5 +445,5 @@ def test_wear_beyond_the_crown_names_the_run(tmp_path):
     with pytest.raises(
         ContactError, match="4pct-250k: contact: found wear beyond 4 mm, at which the crown is completely worn away"
     ):
-        simulate_twin_disc_run(SERIES, softer, tmp_path / "run")
+        VirtualTwinDiscTest(SERIES, softer).write(tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -19,12 +19,12 @@ from tribopipe.documents.record import load_toml, read_document
 from tribopipe.documents.sweep import Sweep
 from tribopipe.evaluation.wear.prediction import predict_wear
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
-from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest, simulate_run, simulate_twin_disc_run
+from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
 from tribopipe.extras.sweep.cases import Case, Ensemble, Head, Row, combinations, read_rows, write_rows
 from tribopipe.extras.sweep.choices import Choice
 from tribopipe.extras.sweep.subject import Parameter, Subject, Value, parameters
 from tribopipe.extras.sweep.summary import Share, summarised
-from tribopipe.extras.sweep.virtual_tests import disc_run, pin_run
+from tribopipe.extras.sweep.virtual_tests import recorded_run
 from tribopipe.pipeline.stages import advance
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.wear_fit import WearFit
@@ -230,13 +230,13 @@ def test_a_run_in_memory_is_what_its_folder_would_be_ingested_as(kind, tmp_path)
     if kind == "pin":
         series = plan.series[0].model_copy(update={"sliding_distance": Quantity(value=20.0, unit="m")})
         run = series.runs[0]
-        simulate_run(series, run, tmp_path / run.id)
-        made = pin_run(series, run, VirtualTest(series, run))
+        VirtualTest(series, run).write(tmp_path / run.id)
+        made = recorded_run(series, VirtualTest(series, run))
     else:
         discs = plan.twin_disc_series[0]
         one = discs.runs[0]
-        simulate_twin_disc_run(discs, one, tmp_path / one.id)
-        made = disc_run(discs, one, VirtualTwinDiscTest(discs, one))
+        VirtualTwinDiscTest(discs, one).write(tmp_path / one.id)
+        made = recorded_run(discs, VirtualTwinDiscTest(discs, one))
     ingested = read_run(tmp_path / made.id)
     assert made.columns.keys() == ingested.columns.keys()
     assert made.origins == ingested.origins

@@ -25,7 +25,7 @@ from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import budget
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.extras.sweep.virtual_tests import pin_run
+from tribopipe.extras.sweep.virtual_tests import recorded_run
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun
@@ -77,7 +77,7 @@ class TestRun:
         duration = series.sliding_distance.value / series.sliding_speed.value
         rate = Quantity(value=self.samples / duration, unit="Hz")
         series = series.model_copy(update={"sensors": series.sensors.model_copy(update={"sampling_rate": rate})})
-        return correct_drift(pin_run(series, run, VirtualTest(series, run)))
+        return correct_drift(recorded_run(series, VirtualTest(series, run)))
 
     @property
     def problem(self) -> WearProblem:

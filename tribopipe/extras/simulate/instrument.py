@@ -6,10 +6,10 @@ and truth.json are written.
 
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from datetime import datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -18,12 +18,20 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import OutputError
 from tribopipe.base.files import write_file
 from tribopipe.base.units import KINDS, from_si, interval_from_si
-from tribopipe.documents.contact import Pin, Specimen
+from tribopipe.documents.contact import Specimen
 from tribopipe.documents.manifest import MANIFEST_NAME
-from tribopipe.documents.plan import RecordingSensors, Series, TwinDiscSeries
+from tribopipe.documents.plan import (
+    RecordingSensors,
+    Series,
+    Truth,
+    TwinDiscSeries,
+    TwinDiscTruth,
+    TwinDiscVirtualRun,
+    VirtualRun,
+)
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record, quoted
-from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
+from tribopipe.evaluation.load_and_friction import stated_path
 from tribopipe.evaluation.wear.inputs import law_with, read_parameters
 from tribopipe.physics.laws import WearLaw, law_named
 
@@ -116,6 +124,87 @@ Layout = Mapping[str, Written]
 """The columns of signals.csv in their order."""
 
 
+class AnyVirtualTest(ABC):
+    """One virtual run: its true state, what the instrument makes of it, and how that is written."""
+
+    series: Series | TwinDiscSeries
+    run: VirtualRun | TwinDiscVirtualRun
+    time: Column
+    """Time of each sample, s."""
+    distance: Column
+    """Distance slid by the unworn bodies, m."""
+    depth_scale: float
+    """True displacement over displacement read."""
+    instrument: str
+    """Name of the instrument in run.toml."""
+    layout: Layout
+    measured_by: ClassVar[Mapping[str, tuple[str, str]]]
+    """Unit in run.toml and method of each post-test measurement."""
+    friction_arm: float = 1.0
+    """Friction as written, a force or a torque, over the friction force."""
+
+    def __init__(self, series: Series | TwinDiscSeries, run: VirtualRun | TwinDiscVirtualRun) -> None:
+        self.series, self.run = series, run
+        self.friction, self.law = stated_path(run.friction), true_law(series)
+
+    @property
+    @abstractmethod
+    def displacement(self) -> Column:
+        """Displacement by the wear of both bodies, as the sensor reads it, m."""
+
+    @property
+    @abstractmethod
+    def loads(self) -> tuple[float, float]:
+        """Normal load, N: the true one and the nominal one."""
+
+    @property
+    @abstractmethod
+    def conditions(self) -> Mapping[str, str]:
+        """The conditions, but for the medium, as run.toml has them."""
+
+    @property
+    def counted(self) -> Mapping[str, Column]:
+        """Columns that the instrument counts in addition to time."""
+        return {}
+
+    @abstractmethod
+    def truth(self) -> Truth | TwinDiscTruth:
+        """Return what the run was made from."""
+
+    @abstractmethod
+    def end_values(self, rng: Generator) -> dict[str, Quantity]:
+        """Draw the post-test measurements."""
+
+    def record(self) -> tuple[dict[str, Column], dict[str, Quantity]]:
+        """Return the instrument's columns, SI, and the uncertain post-test measurements, drawn with the run's seed."""
+        run, sensors, rng = self.run, self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
+        shown = run.zero_offset.value + self.displacement + run.drift_rate.value * self.time
+        depth = read_depth(shown, self.time, sensors, rng)
+        rubbing, load = read_forces(self.friction.coefficient(self.distance), *self.loads, sensors, rng)
+        columns = {"time": self.time, **self.counted, "depth": depth, "normal_force": load, "friction_force": rubbing}
+        return columns, self.end_values(rng)
+
+    def write(self, folder: Path) -> Truth | TwinDiscTruth:
+        """Write a run folder: run.toml, signals.csv and truth.json."""
+        columns, ends = self.record()
+        columns["friction_force"] = columns["friction_force"] * self.friction_arm
+        truth = self.truth()
+        _write_run(folder, self.layout, columns, _manifest(self, ends), truth)
+        return truth
+
+    def told(self) -> dict[str, Any]:
+        """Return what the truth of any run states."""
+        run = self.run
+        return {
+            "id": run.id,
+            "law": self.series.law,
+            "law_parameters": true_parameters(self.law),
+            "friction": run.friction,
+            "zero_offset": run.zero_offset,
+            "drift_rate": run.drift_rate,
+        }
+
+
 def require_simulated(folder: Path) -> None:
     """Raise ``OutputError`` where a run folder holds another run than a simulated one, which may be written again."""
     there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
@@ -126,7 +215,7 @@ def require_simulated(folder: Path) -> None:
         )
 
 
-def write_run(folder: Path, layout: Layout, columns: Mapping[str, Column], manifest: list[str], truth: Record) -> None:
+def _write_run(folder: Path, layout: Layout, columns: Mapping[str, Column], manifest: list[str], truth: Record) -> None:
     """Write a run folder from columns in SI and the lines of its manifest."""
     folder.mkdir(parents=True, exist_ok=True)
     write_file(folder / SIGNALS_NAME, _csv(layout, columns).encode("ascii"))
@@ -150,75 +239,62 @@ def _csv(layout: Layout, columns: Mapping[str, Column]) -> str:
     return "\n".join([head, *map(",".join, zip(*shown, strict=True))]) + "\n"
 
 
-def manifest_head(run_id: str, started: datetime, title: str, instrument: str) -> list[str]:
-    """Return what every manifest begins with."""
+def _manifest(test: "AnyVirtualTest", ends: Mapping[str, Quantity]) -> list[str]:
+    """Return the lines of run.toml."""
+    series, run, contact = test.series, test.run, test.series.contact
     return [
         "#:schema ../../schemas/run.schema.json",
         "# Synthetic: written by `tribopipe simulate`; truth.json next to it holds the true values.",
         'schema = "tribopipe.run/1"',
-        f"id = {quoted(run_id)}",
-        f"started = {started.isoformat()}",
-        f"title = {quoted(title)}",
-        f"instrument = {quoted(instrument)}",
+        f"id = {quoted(run.id)}",
+        f"started = {run.started.isoformat()}",
+        f"title = {quoted(series.title)}",
+        f"instrument = {quoted(test.instrument)}",
         "",
-    ]
-
-
-def manifest_tail(
-    layout: Layout,
-    ends: Mapping[str, Quantity],
-    measured_by: Mapping[str, tuple[str, str]],
-    depth_scale: Quantity,
-    worded: Callable[[str], str] = str,
-) -> list[str]:
-    """Return the end of every manifest; ``measured_by`` gives unit in the file and method of each measurement.
-
-    ``worded`` gives the name of a post-test measurement in run.toml.
-    """
-    return [
+        "[contact]",
+        f"kind = {quoted(contact.kind)}",
+        *(line for name, body in contact.bodies.items() for line in ("", f"[contact.{name}]", *_body(body))),
+        "",
+        "[conditions]",
+        *(f"{name} = {value}" for name, value in test.conditions.items()),
+        f"medium = {quoted(series.medium)}",
+        "",
         "[[signals]]",
         f"file = {quoted(SIGNALS_NAME)}",
         "[signals.columns]",
-        *(f"{name} = {{ column = {quoted(column.header)} }}" for name, column in layout.items()),
+        *(f"{name} = {{ column = {quoted(column.header)} }}" for name, column in test.layout.items()),
         "",
         "[end_values]",
-        *(f"{worded(name)} = {written(value, *measured_by[name])}" for name, value in ends.items()),
+        *(f"{contact.worded(name)} = {written(value, *test.measured_by[name])}" for name, value in ends.items()),
         "",
         "[sensors]",
-        f"depth_scale = {written(depth_scale, '1')}",
+        f"depth_scale = {written(series.depth_scale, '1')}",
     ]
 
 
-_SPECIMEN_UNITS = {
-    "material": None,
+_UNITS = {
+    "flat_radius": "um",
     "youngs_modulus": "GPa",
     "poisson_ratio": "1",
     "density": "g/cm^3",
     "surface_roughness": "um",
-    "vickers_hardness": None,
+    "film_thickness": "um",
     "fracture_toughness": "MPa*m^0.5",
-    "diameter": "mm",
 }
+"""Unit in run.toml of what is known of a body; mm for other lengths."""
 
 
-def specimen(body: Specimen) -> list[str]:
-    """Return the lines of what is known of any specimen."""
-    given = {name: getattr(body, name) for name in _SPECIMEN_UNITS}
-    lines = [
-        f"{name} = {written(value, _SPECIMEN_UNITS[name] or '') if isinstance(value, Quantity) else json.dumps(value)}"
-        for name, value in given.items()
-        if value is not None
-    ]
-    return [*_own_sizes(body), *lines]
-
-
-def _own_sizes(body: Specimen) -> list[str]:
-    """Return the lines of the sizes that a kind of counterbody has with what is known of any specimen."""
-    if isinstance(body, Pin | CurvedDisc | FlatDisc):
-        return []  # written where the order and the units of their keys are stated
+def _body(body: Specimen) -> list[str]:
+    """Return the lines of a body: its shape and sizes, then what is known of any specimen."""
     own = [name for name in type(body).model_fields if name not in Specimen.model_fields]
-    sizes = {name: size for name in own if isinstance(size := getattr(body, name), Quantity)}
-    return [f"{name} = {written(size, 'mm' if size.unit == 'm' else size.unit)}" for name, size in sizes.items()]
+    given = {name: getattr(body, name) for name in (*own, *Specimen.model_fields)}
+    return [f"{name} = {_of_body(name, value)}" for name, value in given.items() if value is not None]
+
+
+def _of_body(name: str, value: Any) -> str:
+    if not isinstance(value, Quantity):
+        return json.dumps(value)
+    return written(value, _UNITS.get(name) or ("mm" if value.unit == "m" else value.unit))
 
 
 def written(quantity: Quantity, unit: str, method: str | None = None) -> str:

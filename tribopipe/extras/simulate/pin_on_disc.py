@@ -9,33 +9,23 @@ sensor scale where a series has systematic errors, its manifests stating what wa
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact import Pin, SlidingPin, Specimen
-from tribopipe.documents.plan import Sensors, Series, Truth, VirtualRun
+from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.plan import Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.record import quoted
-from tribopipe.evaluation.load_and_friction import stated_path
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.extras.simulate.instrument import (
+    AnyVirtualTest,
     Layout,
     TrueValue,
     Written,
-    manifest_head,
-    manifest_tail,
     measured,
-    read_depth,
-    read_forces,
-    specimen,
     systematic_errors,
-    true_law,
-    true_parameters,
-    write_run,
     written,
 )
 
@@ -52,26 +42,44 @@ class _Worn:
     """m³; None if only a depth is known."""
 
 
-class VirtualTest:
-    """One virtual run: its true state and what the instrument makes of it."""
+_MEASURED_BY = {  # end value -> unit in the file, method
+    "pin_scar_diameter": ("um", "white-light"),
+    "pin_scar_length": ("um", "white-light"),
+    "pin_scar_width": ("um", "white-light"),
+    "pin_wear_depth": ("um", "stylus"),
+    "disc_wear_depth": ("nm", "stylus"),
+    "disc_wear_volume": ("mm^3", "stylus"),
+}
+
+
+class VirtualTest(AnyVirtualTest):
+    """One virtual run of a pin, ball or block."""
+
+    series: Series
+    run: VirtualRun
+    measured_by = _MEASURED_BY
 
     def __init__(self, series: Series, run: VirtualRun) -> None:
-        self.series, self.run = series, run
+        super().__init__(series, run)
         sampling = series.sensors.sampling_rate.value
         samples = round(series.sliding_distance.value / series.sliding_speed.value * sampling)
         self.time = np.arange(samples + 1) / sampling
         off = systematic_errors(run.seed, drawn=series.systematic_errors)
         self.distance = off(series.sliding_speed) * self.time
         self.depth_scale = off(series.depth_scale)
-        self.friction = stated_path(run.friction)
         contact = _off(series.contact, off)
         self.pin_radius = contact.equivalent_pin.radius.value
         self.load = Quantity(value=off(run.normal_load), unit="N")
-        self.law = true_law(series)
         # Under Archard's law the effective distance wears as much as the distance does under this one.
         slid = self.law.effective_distance(self.distance, self.friction)
         disc = run.disc_wear_coefficient
         self.worn = self._pin_worn(contact, slid) if disc is None else self._both_worn(contact, slid, disc)
+        self._force = "mN" if run.normal_load.value < _MICRO else "N"
+        size, turned = "micro " if self._force == "mN" else "", series.contact.load_share != 1
+        self.instrument = f"virtual {size}{series.contact.kind} tribometer"
+        # Where several contacts share the load, the load cell measures a torque.
+        self.friction_arm = (series.contact.friction_arm(None) or 1.0) if turned else 1.0
+        self.layout = _layout(self._force, turned=turned)
 
     def _pin_worn(self, contact: SlidingPin, slid: Column) -> _Worn:
         """Return wear by the GIWM, and of a counterbody that wears to a given depth."""
@@ -103,35 +111,38 @@ class VirtualTest:
         """Return what the run was made from."""
         volume = self.worn.disc_volume
         return Truth(
-            id=self.run.id,
-            law=self.series.law,
-            law_parameters=true_parameters(self.law),
+            **self.told(),
             wear_coefficient=self.run.wear_coefficient,
-            friction=self.run.friction,
-            zero_offset=self.run.zero_offset,
-            drift_rate=self.run.drift_rate,
             end_pin_wear_depth=Quantity(value=float(self.worn.pin_depth[-1]), unit="m"),
             end_disc_wear_depth=Quantity(value=float(self.worn.disc_depth[-1]), unit="m"),
             disc_wear_coefficient=self.run.disc_wear_coefficient,
             end_disc_wear_volume=None if volume is None else Quantity(value=volume, unit="m^3"),
         )
 
-    def record(self) -> tuple[dict[str, Column], dict[str, Quantity]]:
-        """Return the instrument's columns, SI, and the uncertain post-test measurements, drawn with the run's seed."""
-        run, sensors, rng = self.run, self.series.sensors, np.random.Generator(np.random.PCG64(self.run.seed))
-        shown = (
-            run.zero_offset.value
-            + (self.worn.pin_depth + self.worn.disc_depth) / (self.depth_scale * self.series.contact.depth_share)
-            + run.drift_rate.value * self.time
-        )
-        depth = read_depth(shown, self.time, sensors, rng)
-        mu, nominal = self.friction.coefficient(self.distance), run.normal_load.value
-        rubbing, load = read_forces(mu, self.load.value, nominal, sensors, rng)
-        columns = {"time": self.time, "depth": depth, "normal_force": load, "friction_force": rubbing}
-        return columns, self._end_values(sensors, rng)
+    @property
+    def displacement(self) -> Column:
+        """Displacement by the wear of both bodies, as the sensor reads it, m."""
+        worn = self.worn.pin_depth + self.worn.disc_depth
+        return worn / (self.depth_scale * self.series.contact.depth_share)
 
-    def _end_values(self, sensors: Sensors, rng: Generator) -> dict[str, Quantity]:
-        worn, disc = self.worn, self.run.disc_wear_depth
+    @property
+    def loads(self) -> tuple[float, float]:
+        """Normal load, N: the true one and the nominal one."""
+        return self.load.value, self.run.normal_load.value
+
+    @property
+    def conditions(self) -> dict[str, str]:
+        """The conditions, but for the medium, as run.toml has them."""
+        series = self.series
+        return {
+            "normal_load": written(self.run.normal_load, self._force),
+            "sliding_speed": written(series.sliding_speed, "mm/s"),
+            "sliding_distance": written(series.sliding_distance, "m"),
+        } | {name: written(size, "mm") for name in _TRACK if (size := getattr(series, name)) is not None}
+
+    def end_values(self, rng: Generator) -> dict[str, Quantity]:
+        """Draw the post-test measurements."""
+        worn, disc, sensors = self.worn, self.run.disc_wear_depth, self.series.sensors
         if worn.scars and (sensors.pin_end_value == "pin_scar_diameter" or "pin_scar_diameter" not in worn.scars):
             ends = {name: measured(size, sensors.scar_uncertainty.value, rng) for name, size in worn.scars.items()}
         else:
@@ -160,74 +171,15 @@ _MICRO = 2.0
 """Load, N, under which forces are written in mN."""
 
 
-def _layout(contact: SlidingPin, force: str) -> Layout:
+def _layout(force: str, *, turned: bool) -> Layout:
     decimals = 2 if force == "mN" else 4
     torque = Written("T [N*mm]", "N*m", "N*mm", 2)
-    friction = torque if _turned(contact) else Written(f"Ff [{force}]", "N", force, decimals)
     return {
         "time": Written("Time [s]", "s", "s", 1),
         "depth": Written("Depth [um]", "m", "um", 2),
-        "friction_force": friction,
+        "friction_force": torque if turned else Written(f"Ff [{force}]", "N", force, decimals),
         "normal_force": Written(f"Fn [{force}]", "N", force, decimals),
     }
 
 
 _TRACK = ("stroke", "track_radius")
-_MEASURED_BY = {  # end value -> unit in the file, method
-    "pin_scar_diameter": ("um", "white-light"),
-    "pin_scar_length": ("um", "white-light"),
-    "pin_scar_width": ("um", "white-light"),
-    "pin_wear_depth": ("um", "stylus"),
-    "disc_wear_depth": ("nm", "stylus"),
-    "disc_wear_volume": ("mm^3", "stylus"),
-}
-
-
-def _turned(contact: SlidingPin) -> bool:
-    """Whether the load cell measures a torque, as where several contacts share the load."""
-    return contact.load_share != 1
-
-
-def simulate_run(series: Series, run: VirtualRun, folder: Path) -> Truth:
-    """Write a run folder: run.toml, signals.csv and truth.json."""
-    test = VirtualTest(series, run)
-    columns, ends = test.record()
-    truth = test.truth()
-    force = "mN" if run.normal_load.value < _MICRO else "N"
-    contact = series.contact
-    if _turned(contact):
-        columns["friction_force"] = columns["friction_force"] * (contact.friction_arm(None) or 1.0)
-    write_run(folder, _layout(contact, force), columns, _manifest(series, run, ends, force), truth)
-    return truth
-
-
-def _manifest(series: Series, run: VirtualRun, ends: dict[str, Quantity], force: str) -> list[str]:
-    bodies = [("", f"[contact.{name}]", *_body(body)) for name, body in series.contact.bodies.items()]
-    size = "micro " if force == "mN" else ""
-    return [
-        *manifest_head(run.id, run.started, series.title, f"virtual {size}{series.contact.kind} tribometer"),
-        "[contact]",
-        f"kind = {quoted(series.contact.kind)}",
-        *(line for lines in bodies for line in lines),
-        "",
-        "[conditions]",
-        f"normal_load = {written(run.normal_load, force)}",
-        f"sliding_speed = {written(series.sliding_speed, 'mm/s')}",
-        f"sliding_distance = {written(series.sliding_distance, 'm')}",
-        *(f"{name} = {written(length, 'mm')}" for name in _TRACK if (length := getattr(series, name)) is not None),
-        f"medium = {quoted(series.medium)}",
-        "",
-        *manifest_tail(_layout(series.contact, force), ends, _MEASURED_BY, series.depth_scale, series.contact.worded),
-    ]
-
-
-def _body(body: Specimen) -> list[str]:
-    """Return the lines of a body: the tip of a pin, and what is known of any specimen."""
-    if not isinstance(body, Pin):
-        return specimen(body)
-    return [
-        f"shape = {quoted(body.shape)}",
-        f"radius = {written(body.radius, 'mm')}",
-        *([] if body.flat_radius is None else [f"flat_radius = {written(body.flat_radius, 'um')}"]),
-        *specimen(body),
-    ]

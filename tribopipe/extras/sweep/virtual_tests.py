@@ -3,11 +3,10 @@
 A virtual test stands in memory as if its run folder had been written and ingested.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import TypeAlias, cast
 
 from pydantic import ValidationError
@@ -25,6 +24,7 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.documents.sweep import Sweep, VirtualTests
 from tribopipe.evaluation.derived_columns import derive_missing
 from tribopipe.extras.simulate import VirtualTest, VirtualTwinDiscTest
+from tribopipe.extras.simulate.instrument import AnyVirtualTest
 from tribopipe.extras.sweep.cases import Case, Ensemble, Head, Row, combinations, label_heads, refuse_endless
 from tribopipe.extras.sweep.choices import FIT_NUMBERS, Choice, fit_rows, fitted
 from tribopipe.extras.sweep.subject import Parameter, Settings, Subject, generator, parameters
@@ -32,23 +32,13 @@ from tribopipe.results.run import Origin, RawRun
 from tribopipe.version import VERSION
 
 
-def pin_run(series: Series, run: VirtualRun, test: VirtualTest) -> RawRun:
-    """Return a virtual test of a pin as ingested, its sliding distance derived from the nominal speed."""
+def recorded_run(series: Series | TwinDiscSeries, test: AnyVirtualTest) -> RawRun:
+    """Return a virtual test as ingested; a distance that was not counted follows from the nominal speed."""
     columns, ends = test.record()
-    slid: dict[SignalName, Column] = {"sliding_distance": series.sliding_speed.value * test.time}
-    return _ingested(series.manifest(run, ends), columns, slid)
-
-
-def disc_run(series: TwinDiscSeries, run: TwinDiscVirtualRun, test: VirtualTwinDiscTest) -> RawRun:
-    """Return a virtual test of two discs as ingested."""
-    columns, ends = test.record()
-    return _ingested(series.manifest(run, ends), columns)
-
-
-def _ingested(
-    manifest: RunManifest, columns: Mapping[str, Column], slid: Mapping[SignalName, Column] = MappingProxyType({})
-) -> RawRun:
-    """Put together what was stated and recorded, and a distance that follows from the nominal speed."""
+    slid: dict[SignalName, Column] = {}
+    if isinstance(series, Series):
+        slid["sliding_distance"] = series.sliding_speed.value * test.time
+    manifest = series.manifest(test.run, ends)  # type: ignore[arg-type]  # the test is of this series
     signals = cast("dict[SignalName, Column]", {**columns, **slid})
     origins: dict[SignalName, Origin] = dict.fromkeys(signals, "measured")
     origins |= dict.fromkeys(slid, "derived from nominal speed")
@@ -78,7 +68,7 @@ class PinTest(Record):
         test = VirtualTest(self.series, self.run)
         coefficients = (self.run.wear_coefficient, self.run.disc_wear_coefficient)
         bodies = zip(self.series.contact.body_names, coefficients, strict=True)
-        return pin_run(self.series, self.run, test), {spoken(body): k for body, k in bodies if k is not None}
+        return recorded_run(self.series, test), {spoken(body): k for body, k in bodies if k is not None}
 
 
 class DiscTest(Record):
@@ -97,7 +87,7 @@ class DiscTest(Record):
         """Return the run as ingested, and the true k_D of each body."""
         test = VirtualTwinDiscTest(self.series, self.run)
         true = {"crowned disc": self.run.curved_wear_coefficient, "cylindrical disc": self.run.flat_wear_coefficient}
-        return disc_run(self.series, self.run, test), true
+        return recorded_run(self.series, test), true
 
 
 AnyTest: TypeAlias = PinTest | DiscTest
