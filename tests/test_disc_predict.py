@@ -28,7 +28,6 @@ from tribopipe.contacts.twin_disc import disc_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.documents.slip import slip
 from tribopipe.evaluation.wear.prediction import predict_wear
 from tribopipe.evaluation.wear.scenario import MOST_STEPS, Scenario, known_wear
 from tribopipe.physics.friction_path import ExponentialFriction
@@ -45,7 +44,7 @@ def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, 
     """What the sample discs are predicted for, with relative uncertainties of both k_D."""
     scale = TYPICAL[convention]
     known = known_pair(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation=correlation, distance=convention)
-    given_ = {"slip": slip(BARE), "speed": BARE.conditions.curved_disc_speed} | changes
+    given_ = {"slip": BARE.slip, "speed": BARE.conditions.curved_disc_speed} | changes
     return replace(Scenario(BARE.twin_disc, BARE.conditions.normal_load, known), **given_)
 
 

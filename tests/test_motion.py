@@ -7,7 +7,6 @@ from disc_runs import BARE
 
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.slip import slip, slip_per_rotation
 
 
 def with_speeds(curved: float, flat: float, spread: float | None = None) -> RunManifest:
@@ -19,21 +18,22 @@ def with_speeds(curved: float, flat: float, spread: float | None = None) -> RunM
 
 @pytest.mark.parametrize(("flat", "expected"), [(0.832, 0.04), (0.768, -0.04), (0.8, 0.0), (1.6, 1.0), (0.4, -0.5)])
 def test_slip_is_above_zero_where_the_flat_disc_is_the_faster_one(flat, expected):
-    assert slip(with_speeds(0.8, flat)).value == pytest.approx(expected, abs=1e-12)
+    assert with_speeds(0.8, flat).slip.value == pytest.approx(expected, abs=1e-12)
 
 
 def test_slip_is_as_uncertain_as_the_ratio_of_both_speeds():
     # 0.1 % and 0.0962 % of the speeds, in quadrature, of the ratio of 1.04.
     by_hand = 1.04 * math.sqrt((0.8e-3 / 0.8) ** 2 + (0.8e-3 / 0.832) ** 2)
-    assert slip(with_speeds(0.8, 0.832, 0.8e-3)).standard_uncertainty == pytest.approx(by_hand, rel=1e-12)
-    assert slip(with_speeds(0.8, 0.832)).standard_uncertainty is None
+    assert with_speeds(0.8, 0.832, 0.8e-3).slip.standard_uncertainty == pytest.approx(by_hand, rel=1e-12)
+    assert with_speeds(0.8, 0.832).slip.standard_uncertainty is None
 
 
 def test_stated_slip_counts_before_the_speeds():
     conditions = with_speeds(0.8, 0.832).conditions.model_copy(update={"slip": Quantity(value=0.02, unit="1")})
-    assert slip(BARE.model_copy(update={"conditions": conditions})).value == 0.02
+    assert BARE.model_copy(update={"conditions": conditions}).slip.value == 0.02
 
 
 @pytest.mark.parametrize("flat", [0.832, 0.768])
 def test_discs_slip_by_a_share_of_the_circumference_in_a_rotation(flat):
-    assert slip_per_rotation(with_speeds(0.8, flat)) == pytest.approx(2 * math.pi * 4e-3 * 0.04, rel=1e-12)
+    run = with_speeds(0.8, flat)
+    assert run.twin_disc.slip_per_rotation(run.conditions) == pytest.approx(2 * math.pi * 4e-3 * 0.04, rel=1e-12)

@@ -143,19 +143,11 @@ def _case(
         contact=contact,
         normal_load=manifest.described.pressed_by(manifest.conditions.normal_load).value,
         known=known,
-        speed=nominal * _slip(manifest),
+        speed=nominal if manifest.slip is None else nominal * abs(manifest.slip.value),
         duration=end * contact.travel / nominal,
         friction=_friction(subject, law),
         element_size=None if element_size is None else quantity("--element-size", element_size, "length").value,
     )
-
-
-def _slip(manifest: "RunManifest") -> float:
-    """Return |V₁ − V₂| over the crowned disc's speed; 1 for a pin."""
-    from tribopipe.documents.slip import stated_slip
-
-    slip = stated_slip(manifest)
-    return 1.0 if slip is None else abs(slip.value)
 
 
 def _speed(manifest: "RunManifest", given: str | None) -> float:

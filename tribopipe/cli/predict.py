@@ -243,8 +243,6 @@ def _predict(subject: Subject, asked: _Asked, reference: str | None) -> "WearPre
 
 def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     """Return the manifest with the load, speed, slip and radius specified on the command line."""
-    from tribopipe.documents.slip import slip
-
     contact: Any = manifest.described
     changed: dict[str, Quantity | None] = {}
     if asked.load is not None:
@@ -254,7 +252,7 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     if manifest.rolls:
         _refuse(asked.radius, "--radius", "a pin", "for the crowned disc, use --crown-radius")
         _refuse(asked.engine, "--engine", "a pin", "wear of two discs is predicted with the GIWM")
-        changed |= {"slip": _slip(asked.slip) if asked.slip is not None else slip(manifest), "flat_disc_speed": None}
+        changed |= {"slip": _slip(asked.slip) if asked.slip is not None else manifest.slip, "flat_disc_speed": None}
     else:
         _refuse(asked.slip, "--slip", "two discs", "a pin has no slip")
         _refuse(asked.crown_radius, "--crown-radius", "two discs", "for a pin, use --radius")

@@ -15,7 +15,6 @@ from tribopipe.contacts.wear import Noticed, Reached, Row, State, Steps
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse
@@ -280,5 +279,6 @@ def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -
 
 def nominal_pair(manifest: RunManifest, distance: DistanceConvention) -> DiscPair:
     """Return two discs as run.toml states them."""
-    wear = TwinDiscWear(manifest.twin_disc, slip(manifest), distance)
+    contact = manifest.twin_disc
+    wear = TwinDiscWear(contact, contact.slip(manifest.conditions), distance)
     return wear.pair(best_values(wear.inputs(manifest.conditions.normal_load, Recipe())))

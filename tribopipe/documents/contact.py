@@ -186,6 +186,10 @@ class Contact(Record):
         """Return the name of the body in a role."""
         return dict(zip(cls.roles, cls.body_names, strict=True))[role]
 
+    def slip(self, conditions: Any) -> Quantity | None:  # noqa: ARG002
+        """Return the slip of bodies that roll on each other; None for others."""
+        return None
+
     def friction_arm(self, track_radius: float | None, /) -> float | None:
         """Return friction torque over friction force, as it belongs to the load that is applied, m."""
         return track_radius

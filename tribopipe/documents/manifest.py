@@ -552,6 +552,11 @@ class RunManifest(Record):
         return self.contact is not None and self.contact.rolls
 
     @property
+    def slip(self) -> Quantity | None:
+        """Slip of bodies that roll on each other; None for others."""
+        return None if self.contact is None else self.contact.slip(self.conditions)
+
+    @property
     def path(self) -> Quantity | None:
         """Sliding distance between two contacts that one place of a track meets, m; None if it is unknown."""
         path = self.conditions.path

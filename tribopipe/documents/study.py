@@ -13,7 +13,6 @@ from tribopipe.documents.manifest import RunId, RunManifest
 from tribopipe.documents.quantity import Length
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
-from tribopipe.documents.slip import slip
 
 STUDY_NAME = "study.toml"
 STUDY_SUFFIX = ".study.toml"
@@ -95,4 +94,5 @@ def _alike(contact: Contact, manifest: RunManifest) -> dict[str, object]:
 
 def severity(manifest: RunManifest) -> tuple[float, float]:
     """Return normal load, N, and size of the slip, by which runs of the same bodies are ordered."""
-    return manifest.conditions.normal_load.value, abs(slip(manifest).value)
+    slip = manifest.slip
+    return manifest.conditions.normal_load.value, 0.0 if slip is None else abs(slip.value)

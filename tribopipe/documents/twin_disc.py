@@ -58,6 +58,21 @@ class TwinDisc(Contact):
         """Distance, m, that the surface of the crowned disc goes in a rotation."""
         return 2 * math.pi * self.curved_disc.rolling_radius.value
 
+    def slip(self, conditions: Any) -> Quantity:
+        """Return (v₂ − v₁)/v₁; its uncertainty is that stated, or follows from those of both speeds."""
+        stated, curved, flat = conditions.slip, conditions.curved_disc_speed, conditions.flat_disc_speed
+        if stated is not None or curved is None or flat is None:
+            return stated or Quantity(value=0.0, unit="1")
+        ratio, spread = flat.value / curved.value, None
+        if curved.standard_uncertainty is not None and flat.standard_uncertainty is not None:
+            relative = (curved.standard_uncertainty / curved.value, flat.standard_uncertainty / flat.value)
+            spread = ratio * math.hypot(*relative)
+        return Quantity(value=ratio - 1, unit="1", standard_uncertainty=spread)
+
+    def slip_per_rotation(self, conditions: Any) -> float:
+        """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn crowned disc, m."""
+        return self.travel * abs(self.slip(conditions).value)
+
     def friction_arm(self, _: float | None, /) -> float:
         """Return the radius of the crowned disc, m."""
         return self.curved_disc.rolling_radius.value

@@ -12,7 +12,6 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.signals import SignalName
-from tribopipe.documents.slip import slip_per_rotation
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.axis_faults import continuous, mended
 from tribopipe.results.run import Origin
@@ -93,7 +92,7 @@ def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest,
             "found neither time nor rotations among the signals; expected at least one; map one under "
             "[signals.columns] in run.toml"
         )
-    slipped = slip_per_rotation(manifest)
+    slipped = manifest.twin_disc.slip_per_rotation(manifest.conditions)
     if "rotations" not in columns and "sliding_distance" in columns:
         columns["rotations"] = continuous(columns["sliding_distance"]) / slipped
         origins["rotations"] = "derived from nominal slip"

@@ -29,7 +29,6 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.signals import SIGNALS
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.load_and_friction import fitted_path, run_path
@@ -204,7 +203,7 @@ def _curves(curves: WearCurves | None) -> Curves:
 
 def _convention(archive: Archive, run_id: str, recipe: Recipe) -> dict[str, Any]:
     """Return the extra argument of steps for rolling bodies: the sliding distance counted per rotation."""
-    slides = stated_slip(archive.manifest(run_id)) is None
+    slides = archive.manifest(run_id).slip is None
     return {} if slides else {"distance_per_rotation": recipe.wear.distance_per_rotation}
 
 

@@ -16,7 +16,6 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.documents.slip import slip
 from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
@@ -129,7 +128,7 @@ def _rolling(run: RawRun) -> Iterator[ReportingItem]:
     turned = f"{np.nanmax(run.columns['rotations']):,.0f}"
     yield ReportingItem("test", "normal load", load, "conditions.normal_load")
     yield ReportingItem("test", "speed of the crowned disc", speed, "conditions.curved_disc_speed")
-    yield ReportingItem("test", "slip", slip(run.manifest).shown("%"), "conditions.slip")
+    yield ReportingItem("test", "slip", shown(run.manifest.slip, "%"), "conditions.slip")
     yield ReportingItem("test", "rotations of the crowned disc", turned, "conditions.rotations")
     yield ReportingItem("test", "slip distance", _last(run, "sliding_distance"), "conditions.curved_disc_speed")
 

@@ -12,7 +12,6 @@ from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity, between
 from tribopipe.documents.record import Record
-from tribopipe.documents.slip import stated_slip
 from tribopipe.physics.laws import law_title
 from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding, first_of_each_code
@@ -278,7 +277,7 @@ def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
     """Return speed and slip where other conditions show them."""
     conditions: Conditions = manifest.conditions
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
-    slipped = stated_slip(manifest) if conditions.slip is None else None
+    slipped = manifest.slip if conditions.slip is None else None
     return facts(
         ("sliding speed (calculated)", shown(speed)),
         ("slip (calculated)", shown(slipped, "%")),

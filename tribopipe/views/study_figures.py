@@ -20,7 +20,6 @@ from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show, show_for
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_heading
@@ -465,7 +464,7 @@ def _severity(run: RunVerdict) -> tuple[float, float]:
 def _known(member: Member) -> tuple[tuple[float, float], str]:
     """Return what a run is ordered by, and named by."""
     manifest = member.corrected.run.manifest
-    load, slip = manifest.conditions.normal_load, stated_slip(manifest)
+    load, slip = manifest.conditions.normal_load, manifest.slip
     return (0.0 if slip is None else slip.value, load.value), _conditions(load, slip)
 
 

@@ -18,7 +18,6 @@ from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
-from tribopipe.documents.slip import stated_slip
 from tribopipe.physics.laws import law_label
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear
 from tribopipe.results.study import AGREEMENT, StudyResult
@@ -119,7 +118,7 @@ def _stated(held: _Held) -> dict[str, object]:
         or held.ends.get("sliding_distance")
         or conditions.sliding_distance,
         "rotations": held.ends.get("rotations") or conditions.rotations,
-        "slip": stated_slip(manifest),
+        "slip": manifest.slip,
         "temperature": conditions.temperature,
         "humidity": conditions.relative_humidity,
         "started": None if manifest.started is None else manifest.started.isoformat(),

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple, get_args
 import tribopipe.evaluation.checks.plausibility  # noqa: F401 - registers further checks of what run.toml says
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.readings import PinWay
@@ -90,7 +89,7 @@ def _slip_key(manifest: RunManifest) -> str:
 
 
 def _slip_share(manifest: RunManifest) -> Quantity | None:
-    slip = stated_slip(manifest)
+    slip = manifest.slip
     return None if slip is None else Quantity(value=abs(slip.value), unit="1")
 
 

@@ -15,7 +15,6 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen
@@ -116,7 +115,7 @@ class _Law:
             self._judge(run.draw(rng, len(following), shared), "predicted", best, following) for run in self.predicted
         ]
         first = self.fitted[0]
-        rolling = stated_slip(first.member.corrected.run.manifest) is not None
+        rolling = first.member.corrected.run.manifest.slip is not None
         return LawResult(
             model=self.law,
             engine=first.problem.engine if isinstance(first, PosedRun) else "giwm",
@@ -178,7 +177,7 @@ class _Law:
             id=name,
             role=role,
             normal_load=manifest.conditions.normal_load,
-            slip=stated_slip(manifest),
+            slip=manifest.slip,
             end=run.end,
             outcome=worst_outcome(found.bodies.values()),
             sentence="",

@@ -18,7 +18,6 @@ from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.inputs import default_notes
@@ -109,7 +108,7 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     manifest = corrected.run.manifest
     common: dict[str, Any] = {
         "model": model,
-        "distance_per_rotation": None if stated_slip(manifest) is None else recipe.wear.distance_per_rotation,
+        "distance_per_rotation": None if manifest.slip is None else recipe.wear.distance_per_rotation,
     }
     by_curve = manifest.contact is None or manifest.contact.sensor_tells
     found: Answer | tuple[str, ...] = (curve_fit if by_curve else measurement_fit)(corrected, model, friction, recipe)

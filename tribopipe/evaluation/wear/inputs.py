@@ -16,7 +16,6 @@ from tribopipe.base.units import show
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.quantity import Quantity, read_quantity
 from tribopipe.documents.recipe import FrictionSource, GivenParameter, LawName, Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.load_and_friction import contact_load, run_path
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
@@ -116,7 +115,7 @@ def load_input(run: RawRun, recipe: Recipe) -> Input:
 def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect load, geometry, moduli and slip of a run, the load as it was recorded."""
     load, manifest = load_input(run, recipe), run.manifest
-    wear = wear_of(manifest.described, Terms(stated_slip(manifest)))
+    wear = wear_of(manifest.described, Terms(manifest.slip))
     return wear.inputs(load.quantity, recipe) | {"normal_load": load}
 
 

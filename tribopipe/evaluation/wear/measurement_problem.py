@@ -22,7 +22,6 @@ from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, St
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
 from tribopipe.evaluation.wear.inputs import (
     contact_inputs,
@@ -355,7 +354,7 @@ def measurement_problem(
     Raises ``FitError`` where another engine than the GIWM is asked for, which needs a depth signal that gives the wear.
     """
     contact = run.manifest.described
-    wearing = wear_of(contact, Terms(stated_slip(run.manifest), "giwm", recipe.wear.distance_per_rotation))
+    wearing = wear_of(contact, Terms(run.manifest.slip, "giwm", recipe.wear.distance_per_rotation))
     if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
         raise FitError(
             f"{run.id}: found {contact.title} with --engine {recipe.wear.engine}; expected the GIWM, since the "

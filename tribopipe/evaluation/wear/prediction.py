@@ -15,7 +15,6 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.evaluation.load_and_friction import applied_load, run_path
 from tribopipe.evaluation.wear.inputs import default_notes, given_parameters
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
@@ -58,7 +57,7 @@ def wear_scenario(
         Where run.toml does not describe the bodies.
     """
     load = normal_load or manifest.conditions.normal_load
-    speed, slip = manifest.nominal_speed, stated_slip(manifest)
+    speed, slip = manifest.nominal_speed, manifest.slip
     path = manifest.path
     return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path)
 

@@ -19,7 +19,6 @@ from tribopipe.base.units import show, show_force
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.documents.slip import stated_slip
 from tribopipe.results.study import StudyResult
 from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption
 from tribopipe.views.archived_study_figures import study_figures
@@ -135,7 +134,7 @@ def test_sentence(runs: Sequence[RunOutline]) -> str:
 
 def conditions(run: RunOutline) -> str:
     """Name a run by its load, and two discs by slip and rotations too."""
-    found = stated_slip(run.manifest)
+    found = run.manifest.slip
     return load_of(run) if found is None else f"{load_of(run)}, {_slip_words(found)} slip, {_rotations(run)} rotations"
 
 
@@ -150,7 +149,7 @@ def _bodies_of(run: RunOutline) -> list[str]:
 
 def _course_of(runs: Sequence[RunOutline]) -> str:
     """Report how far the runs went, and at what speed."""
-    slips = {run.manifest.id: found for run in runs if (found := stated_slip(run.manifest)) is not None}
+    slips = {run.manifest.id: found for run in runs if (found := run.manifest.slip) is not None}
     if slips:
         rolled = sorted(
             (run for run in runs if run.manifest.id in slips), key=lambda run: run.ends.get("rotations", 0.0)
