@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, archived_ids, load_archive
-from tribopipe.cli.output import exit_with, print_json, print_result, record_json, seen
+from tribopipe.cli.output import attempt_each, exit_with, print_json, print_result, record_json, seen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -118,15 +118,8 @@ def note(
 
 def _change_each(run_ids: "Iterable[str]", change: "Callable[[str], str]") -> "list[TribopipeError]":
     """Change runs and report the new state of each; return the errors."""
-    from tribopipe.base.failures import in_a_sentence
-
-    errors = []
-    for run_id in run_ids:
-        try:
-            print_result(seen(f"{run_id}: {change(run_id)}"))
-        except Exception as error:  # noqa: BLE001 - the others can still be changed
-            errors.append(in_a_sentence(error, run_id))
-    return errors
+    _, errors = attempt_each(run_ids, lambda run_id: print_result(seen(f"{run_id}: {change(run_id)}")))
+    return list(errors.values())
 
 
 def _notes(store: "Archive", run_id: str) -> list[Any]:
@@ -205,15 +198,13 @@ def restore(
 
 def _move_each(ids: "Iterable[str]", move: "Callable[[str], Path]", told: str, *, as_json: bool) -> None:
     """Move the file of each run and report its new path; an error in one does not stop the others."""
-    from tribopipe.base.failures import in_a_sentence
 
-    moved, errors = {}, {}
-    for name in dict.fromkeys(ids):
-        try:
-            moved[name] = move(name)
-            print_result(seen(f"{name}: {told.format(moved[name])}"))
-        except Exception as error:  # noqa: BLE001 - the others can still be moved
-            errors[name] = in_a_sentence(error, name)
+    def move_and_tell(name: str) -> Path:
+        path = move(name)
+        print_result(seen(f"{name}: {told.format(path)}"))
+        return path
+
+    moved, errors = attempt_each(ids, move_and_tell)
     if as_json:
         files = [{"id": name, "file": str(moved[name]), "error": None} for name in moved]
         files += [{"id": name, "file": None, "error": str(error)} for name, error in errors.items()]

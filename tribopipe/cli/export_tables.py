@@ -8,7 +8,7 @@ import typer
 
 from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_date
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchivedIds, ArchiveFolder, AsJson, Replace, load_archive
-from tribopipe.cli.output import exit_with, print_file, print_json, print_result, progress, say
+from tribopipe.cli.output import attempt_each, exit_with, print_file, print_json, print_result, say
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -57,22 +57,13 @@ def export_csv(
 
 def _written(store: "Archive", jobs: Sequence[_Job], folder: Path, errors: "list[TribopipeError]") -> list[_Job]:
     """Write files, and return those that were written; the reason for each failure is added to the errors."""
-    from tribopipe.base.failures import in_a_sentence
-
     folder.mkdir(parents=True, exist_ok=True)
-    done = []
-    with progress("csv", len(jobs)) as advance:
-        for run_id, kind, path in jobs:
-            try:
-                _write(store, run_id, kind, path)
-            except Exception as error:  # noqa: BLE001 - a fault in one file is no reason to leave the others
-                errors.append(in_a_sentence(error, str(path)))
-            else:
-                done.append((run_id, kind, path))
-            advance(path.name)
-    for _, _, path in done:
+    of_path = {path: (run_id, kind) for run_id, kind, path in jobs}
+    done, failed = attempt_each(of_path, lambda path: _write(store, *of_path[path], path), "csv")
+    errors += failed.values()
+    for path in done:
         print_result(str(path))
-    return done
+    return [(*of_path[path], path) for path in done]
 
 
 def _chosen(text: str) -> list[tuple[str, ...]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, chosen_ids, load_archive
-from tribopipe.cli.output import FAILED, exit_with, print_json, print_result, progress, say, seen, table
+from tribopipe.cli.output import FAILED, attempt_each, exit_with, print_json, print_result, progress, say, seen, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -108,19 +108,10 @@ def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
     `tribopipe process`; marks, tags and notes cannot be recovered from source files.
     """
     from tribopipe.archive.rescue import rescue as save
-    from tribopipe.base.failures import in_a_sentence
     from tribopipe.pipeline.output_paths import require_folder
 
     require_folder(into)
-    saved: dict[Path, Rescued] = {}
-    errors: dict[Path, TribopipeError] = {}
-    with progress("rescue", len(files)) as advance:
-        for path in dict.fromkeys(files):
-            try:
-                saved[path] = save(path, into)
-            except Exception as error:  # noqa: BLE001 - the others go on, whatever it is
-                errors[path] = in_a_sentence(error, str(path))
-            advance(path.stem)
+    saved, errors = attempt_each(files, lambda path: save(path, into), "rescue")
     for path, found in saved.items():
         say(f"{path}: {len(found.whole)} source files saved in {found.folder}")
         if found.damaged or not found.listed:

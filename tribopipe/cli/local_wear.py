@@ -22,7 +22,7 @@ from tribopipe.cli.options import (
     place,
     quantity,
 )
-from tribopipe.cli.output import finish, print_json, print_result, progress, record_json
+from tribopipe.cli.output import finish, followed, print_outcomes, print_result
 from tribopipe.cli.steps import tell
 from tribopipe.cli.subject import Given, folder_subject, is_folder, no_coefficient
 from tribopipe.physics.conventions import Course, Engine
@@ -137,15 +137,10 @@ def local_wear(
     ids = [run for run in runs or () if not is_folder(run, archive)]
     store = load_archive(archive) if ids or not folders else None
     chosen = [] if store is None else chosen_ids(store, ids)
-    outcomes = []
-    with progress("local wear", len(folders) + len(chosen)) as moved:
-        for outcome in _worn(folders, store, chosen, asked):
-            outcomes.append(outcome)
-            tell(outcome)
-            moved(outcome.run_id)
+    worn = _worn(folders, store, chosen, asked)
+    outcomes = followed(worn, "local wear", len(folders) + len(chosen), tell)
     if as_json:
-        told = [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]
-        print_json({"runs": told})
+        print_outcomes(outcomes)
     finish(outcomes)
 
 

@@ -8,12 +8,12 @@ import shutil
 import sys
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from tribopipe.base.errors import TribopipeError
     from tribopipe.pipeline.stages import Outcome
 
+Item = TypeVar("Item", bound=Hashable)
+Result = TypeVar("Result")
 DONE, FAILED, USAGE, PARTLY_FAILED = 0, 1, 2, 3
 _JSON_ASKED = ContextVar("json_asked", default=False)
 
@@ -322,6 +324,42 @@ def progress(what: str, total: int | None) -> Iterator[Advance]:
         yield advance
 
 
+def followed(
+    outcomes: "Iterable[Outcome]", what: str, total: int | None, tell: "Callable[[Outcome], object] | None" = None
+) -> "list[Outcome]":
+    """Collect outcomes as they come, with a progress bar, and report each."""
+    found = []
+    with progress(what, total) as advance:
+        for outcome in outcomes:
+            found.append(outcome)
+            if tell is not None:
+                tell(outcome)
+            advance(outcome.run_id)
+    return found
+
+
+def attempt_each(
+    items: Iterable[Item], take: Callable[[Item], Result], what: str | None = None
+) -> "tuple[dict[Item, Result], dict[Item, TribopipeError]]":
+    """Do something with each item, once, whatever becomes of the others; return results, and errors.
+
+    ``what`` is what a progress bar calls it; none without a bar.
+    """
+    from tribopipe.base.failures import in_a_sentence
+
+    each = dict.fromkeys(items)
+    done: dict[Item, Result] = {}
+    errors: dict[Item, TribopipeError] = {}
+    with nullcontext(_go_unseen) if what is None else progress(what, len(each)) as advance:
+        for item in each:
+            try:
+                done[item] = take(item)
+            except Exception as error:  # noqa: BLE001 - a fault in one is no reason to leave the others
+                errors[item] = in_a_sentence(error, str(item))
+            advance(item.name if isinstance(item, Path) else str(item))
+    return done, errors
+
+
 def _clear_line() -> None:
     """Remove a progress bar from a terminal and show the cursor, without a stream, which may be in use."""
     os.write(sys.stderr.fileno(), b"\r\x1b[K\x1b[?25h")
@@ -350,6 +388,13 @@ def located(path: Path, error: "TribopipeError") -> "TribopipeError":
 def in_order(outcomes: "Iterable[Outcome]") -> "list[Outcome]":
     """Return outcomes of a batch in the order of its runs, regardless of which finished first."""
     return sorted(outcomes, key=lambda outcome: outcome.place)
+
+
+def print_outcomes(outcomes: "Iterable[Outcome]") -> None:
+    """Print what steps of runs found as one document."""
+    print_json(
+        {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
+    )
 
 
 def finish(outcomes: "Sequence[Outcome]", *, in_full: bool = True) -> None:

@@ -25,7 +25,7 @@ from tribopipe.cli.options import (
     place,
     quantity,
 )
-from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
+from tribopipe.cli.output import finish, followed, print_json, print_outcomes, print_result, record_json, say
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
 from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, no_coefficient
@@ -191,18 +191,13 @@ def _predict_archived(
     from tribopipe.pipeline import stages
 
     store = load_archive(folder)
-    chosen, outcomes = chosen_ids(store, ids), []
-    with progress("prediction", len(chosen)) as moved:
-        for outcome in stages.predict_from_lightest(store, chosen, [law], recipe, force=force):
-            outcomes.append(outcome)
-            tell(outcome)
-            moved(outcome.run_id)
+    chosen = chosen_ids(store, ids)
+    predicted = stages.predict_from_lightest(store, chosen, [law], recipe, force=force)
+    outcomes = followed(predicted, "prediction", len(chosen), tell)
     if not outcomes:
         say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D of {law}.")
     if as_json:
-        print_json(
-            {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
-        )
+        print_outcomes(outcomes)
     finish(outcomes)
 
 

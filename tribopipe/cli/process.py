@@ -24,7 +24,7 @@ from tribopipe.cli.options import (
     load_recipe,
     seen_by,
 )
-from tribopipe.cli.output import Advance, finish, in_order, line_width, print_json, progress, record_json, say
+from tribopipe.cli.output import Advance, finish, followed, in_order, line_width, print_json, progress, record_json, say
 from tribopipe.cli.runs import RunPaths, run_folders, say_amended, say_warnings
 from tribopipe.cli.steps import say_change, say_clean_up
 
@@ -149,12 +149,7 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Se
     from tribopipe.views.figure_updates import drawn, figure_steps
 
     steps = figure_steps(store, outcomes, formats)
-    found = []
-    with progress("figures", len(steps)) as advance:
-        for outcome in drawn(steps, who):
-            found.append(outcome)
-            advance(outcome.run_id)
-    return in_order(found)
+    return in_order(followed(drawn(steps, who), "figures", len(steps)))
 
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":

@@ -25,10 +25,10 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import (
     FAILED,
     finish,
+    followed,
     in_order,
     print_json,
     print_result,
-    progress,
     record_json,
     say,
     say_where_to_read,
@@ -124,20 +124,19 @@ def ingest(
     who = crew(jobs, scheduler)
     store = load_archive(seen_by(who, archive), must_exist=False)
     folders, outcomes = run_folders(paths, shard, who)
-    with progress("ingest", len(folders)) as advance:
-        for outcome in stages.ingest_each(folders, store, force=force, amend=amend, crew=who):
-            if outcome.error is None:
-                print_result(
-                    f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}"
-                )
-            say_amended(outcome)
-            say_warnings(outcome)
-            outcomes.append(outcome)
-            advance(outcome.run_id)
+    ingested = stages.ingest_each(folders, store, force=force, amend=amend, crew=who)
+    outcomes += followed(ingested, "ingest", len(folders), _say_ingested)
     outcomes = in_order(outcomes)
     if as_json:
         print_json({"runs": [outcome.as_json() for outcome in outcomes]})
     finish(outcomes)
+
+
+def _say_ingested(outcome: "Outcome") -> None:
+    if outcome.error is None:
+        print_result(f"{outcome.run_id}: {'archived' if outcome.status == 'done' else 'unchanged, nothing to do'}")
+    say_amended(outcome)
+    say_warnings(outcome)
 
 
 def say_amended(outcome: "Outcome") -> None:

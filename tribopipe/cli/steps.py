@@ -24,7 +24,7 @@ from tribopipe.cli.options import (
     load_recipe,
     seen_by,
 )
-from tribopipe.cli.output import finish, print_json, print_result, progress, record_json, say
+from tribopipe.cli.output import finish, print_json, print_outcomes, print_result, progress, say
 from tribopipe.cli.runs import say_warnings
 from tribopipe.cli.studies import show_together
 
@@ -54,9 +54,7 @@ def correct_drift(
     steps = partial(_advanced, store=store, how=how, names=names, forced=names[1:] if force else ())
     outcomes = _each(chosen_ids(store, ids), "drift_correction", steps, who)
     if as_json:
-        print_json(
-            {"runs": [{"id": outcome.run_id} | record_json(outcome.result) for outcome in outcomes if outcome.result]}
-        )
+        print_outcomes(outcomes)
     finish(outcomes)
 
 

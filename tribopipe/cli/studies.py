@@ -23,7 +23,7 @@ from tribopipe.cli.options import (
     load_recipe,
     parsed,
 )
-from tribopipe.cli.output import exit_with, finish, print_json, print_result, progress, record_json, say, table
+from tribopipe.cli.output import exit_with, finish, followed, print_json, print_result, record_json, say, table
 from tribopipe.cli.pages import show_study_page
 
 if TYPE_CHECKING:
@@ -133,11 +133,7 @@ def run(
 
     (study,) = load_studies([path])
     store = load_archive(archive)
-    with progress("study", None) as advance:
-        outcomes = []
-        for outcome in run_study(store, study, load_recipe(recipe), force=force):
-            outcomes.append(outcome)
-            advance(outcome.run_id)
+    outcomes = followed(run_study(store, study, load_recipe(recipe), force=force), "study", None)
     if outcomes[0].error is None:
         if outcomes[0].status == "unchanged":
             say(f"{study.id}: unchanged, nothing to do")
