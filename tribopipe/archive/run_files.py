@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NoReturn, TypeVar
+from typing import Literal, NoReturn, TypeVar
 
 import h5py
 
@@ -58,9 +58,6 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import RawRun
-
-if TYPE_CHECKING:
-    pass
 
 R = TypeVar("R", bound=Record)
 _NO_DRIVE = -1

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tribopipe.archive.outline import archived_curves
 from tribopipe.archive.run_files import RunFiles
 from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepsByLaw, step_in_words
 from tribopipe.base.errors import unknown_name
@@ -17,7 +18,6 @@ from tribopipe.results.wear_prediction import WearPrediction
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-from tribopipe.archive.outline import archived_curves
 
 
 class ArchivedRun(Tabular):

@@ -34,6 +34,7 @@ from tribopipe.results.main_values import Headline, headline
 
 Stage = Literal["ingest"] | StepStage | Literal["figures"]
 Status = Literal["done", "unchanged", "failed"]
+Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
 
@@ -310,7 +311,7 @@ def _each_run(
         return
     with suppress(ArchiveError):  # which each run will tell
         archive.begin()
-    for place, path, answer in _by_run(partial(_whole, take), paths, crew):
+    for place, path, answer in _by_run(partial(whole, take), paths, crew):
         if isinstance(answer, TribopipeError):
             yield place, [Outcome.failed(str(path), "ingest", answer)]
         else:
@@ -327,13 +328,20 @@ def _by_run(
     same: dict[str, list[tuple[int, Path]]] = {}
     for place, path in enumerate(paths):
         same.setdefault(_id_said(path), []).append((place, path))
-    for placed, answers in as_done(partial(_take_same, take), same.values(), crew):
-        for number, (place, path) in enumerate(placed):
-            yield place, path, answers if isinstance(answers, TribopipeError) else answers[number]
+    return in_groups(take, same.values(), crew)
 
 
-def _take_same(take: Callable[[Path], Answer], same: Sequence[tuple[int, Path]]) -> list[Answer]:
-    return [take(path) for _, path in same]
+def in_groups(
+    take: Callable[[Item], Answer], groups: Iterable[Sequence[tuple[int, Item]]], crew: Crew
+) -> Iterator[tuple[int, Item, Answer | TribopipeError]]:
+    """Take items by a crew, those of a group one after the other; give the place of each, and what came of it."""
+    for placed, answers in as_done(partial(_take_group, take), groups, crew):
+        for number, (place, item) in enumerate(placed):
+            yield place, item, answers if isinstance(answers, TribopipeError) else answers[number]
+
+
+def _take_group(take: Callable[[Item], Answer], group: Sequence[tuple[int, Item]]) -> list[Answer]:
+    return [take(item) for _, item in group]
 
 
 def _id_said(path: Path) -> str:
@@ -345,8 +353,9 @@ def _id_said(path: Path) -> str:
         return str(path)
 
 
-def _whole(take: Callable[[Path], Iterator[Outcome]], path: Path) -> list[Outcome]:
-    return list(take(path))
+def whole(take: Callable[[Item], Iterator[Outcome]], item: Item) -> list[Outcome]:
+    """Return all outcomes of an item, which a worker gives back together."""
+    return list(take(item))
 
 
 def _process_one(path: Path, archive: Archive, recipe: Recipe, *, force: bool, amend: bool) -> Iterator[Outcome]:

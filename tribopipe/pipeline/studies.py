@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -18,7 +18,7 @@ from tribopipe.archive.steps import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
-from tribopipe.base.executor import ALONE, Crew, as_done
+from tribopipe.base.executor import ALONE, Crew
 from tribopipe.base.files import found_below
 from tribopipe.base.units import from_si
 from tribopipe.documents.manifest import RunManifest
@@ -36,7 +36,7 @@ from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_named, law_package
-from tribopipe.pipeline.stages import Outcome, advance, attempted, predict_with, stored
+from tribopipe.pipeline.stages import Outcome, advance, attempted, in_groups, predict_with, stored, whole
 from tribopipe.results.run import RawRun
 from tribopipe.results.study import Design, Evaluation, LawResult, LeftOut, StudyResult
 from tribopipe.version import VERSION
@@ -218,12 +218,9 @@ def process_studies(
         for place, study in enumerate(studies):
             yield from (replace(outcome, place=place) for outcome in take(study))
         return
-    for together, answers in as_done(partial(_all_studied, take), _with_runs_in_common(studies), crew):
-        for number, (place, study) in enumerate(together):
-            outcomes = (
-                [Outcome.failed(study.id, "study", answers)] if isinstance(answers, TribopipeError) else answers[number]
-            )
-            yield from (replace(outcome, place=place) for outcome in outcomes)
+    for place, study, answer in in_groups(partial(whole, take), _with_runs_in_common(studies), crew):
+        outcomes = [Outcome.failed(study.id, "study", answer)] if isinstance(answer, TribopipeError) else answer
+        yield from (replace(outcome, place=place) for outcome in outcomes)
 
 
 def _studied(study: Study, archive: Archive, recipe: Recipe, *, force: bool) -> Iterator[Outcome]:
@@ -231,12 +228,6 @@ def _studied(study: Study, archive: Archive, recipe: Recipe, *, force: bool) -> 
         yield from run_study(archive, study, recipe, force=force)
     except Exception as error:  # noqa: BLE001 - as in ``attempted``
         yield Outcome.failed(study.id, "study", error)
-
-
-def _all_studied(
-    take: Callable[[Study], Iterator[Outcome]], together: Sequence[tuple[int, Study]]
-) -> list[list[Outcome]]:
-    return [list(take(study)) for _, study in together]
 
 
 def _with_runs_in_common(studies: Sequence[Study]) -> list[list[tuple[int, Study]]]:

@@ -47,7 +47,6 @@ PinWay = Literal[
     "pin_mass_loss",
     "pin_profile",
 ]
-DiscWay = Literal["disc_wear_depth", "disc_track_width", "disc_wear_volume", "disc_mass_loss", "disc_profile"]
 FEWEST_PLACES = 4
 """Places along a track at which it should be measured (ASTM G99)."""
 
