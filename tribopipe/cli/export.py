@@ -12,8 +12,10 @@ from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
     AsJson,
+    Friction,
     Law,
     Replace,
+    Speed,
     archived_ids,
     load_archive,
     quantity,
@@ -47,10 +49,8 @@ def umeshmotion(
             help='k_D of the pin or the crowned disc, such as "13.5e-9 mm^3/(N*mm)"; default: from the archived fit.'
         ),
     ] = None,
-    friction: Annotated[
-        str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
-    ] = None,
-    speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
+    friction: Friction = None,
+    speed: Speed = None,
     until: Annotated[
         str | None,
         typer.Option(

@@ -122,6 +122,8 @@ Law = Annotated[
         help="Wear law: archard, sarkar, or a law from another package.",
     ),
 ]
+Friction = Annotated[str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')]
+Speed = Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")]
 Pressure = Annotated[
     WearEngine | None,
     typer.Option(

@@ -12,10 +12,12 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     Force,
+    Friction,
     Law,
     Pressure,
     RecipeFile,
     RunIds,
+    Speed,
     Verbose,
     archived_ids,
     chosen_ids,
@@ -49,25 +51,21 @@ class _Asked:
     law: Law
     scheme: Scheme
     recipe: "Recipe"
-    steps: int | None = None
-    coefficients: tuple[str, ...] = ()
-    friction: str | None = None
-    at: tuple[str, ...] = ()
-    depth: tuple[str, ...] = ()
-    load: str | None = None
-    speed: str | None = None
-    radius: str | None = None
-    slip: str | None = None
-    crown_radius: str | None = None
-    distance: DistanceConvention | None = None
-    engine: WearEngine | None = None
+    steps: int | None
+    coefficients: list[str]
+    friction: str | None
+    at: list[str]
+    depth: list[str]
+    changes: dict[str, str]
+    """What is different from run.toml, by its option."""
+    distance: DistanceConvention | None
+    engine: WearEngine | None
 
     @property
     def anything(self) -> bool:
         """Whether any option other than the law is given."""
-        changed = (self.load, self.speed, self.radius, self.slip, self.crown_radius, self.friction)
-        how = (self.steps, self.distance, self.scheme == "published")
-        return any((*changed, *how, self.coefficients, self.at, self.depth))
+        how = (self.steps, self.distance, self.scheme == "published", self.friction)
+        return any((*how, self.changes, self.coefficients, self.at, self.depth))
 
 
 def predict(
@@ -90,9 +88,7 @@ def predict(
             min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation for twin discs."
         ),
     ] = None,
-    friction: Annotated[
-        str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')
-    ] = None,
+    friction: Friction = None,
     at: Annotated[
         list[str] | None,
         typer.Option(
@@ -105,7 +101,7 @@ def predict(
         typer.Option(help='Wear depth at which to calculate the sliding distance, such as "30 um"; may be repeated.'),
     ] = None,
     load: Annotated[str | None, typer.Option(help='Different normal load, such as "400 mN".')] = None,
-    speed: Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")] = None,
+    speed: Speed = None,
     source: Annotated[
         list[str] | None,
         typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
@@ -141,23 +137,10 @@ def predict(
     archived run is predicted from the comparable run at the lightest load, and the prediction is archived.
     """
     how = load_recipe(recipe, engine)
-    asked = _Asked(
-        law,
-        scheme,
-        how,
-        steps,
-        tuple(wear_coefficient or ()),
-        friction,
-        tuple(at or ()),
-        tuple(depth or ()),
-        load,
-        speed,
-        radius,
-        slip,
-        crown_radius,
-        distance,
-        engine,
-    )
+    options = {"--load": load, "--speed": speed, "--radius": radius, "--slip": slip, "--crown-radius": crown_radius}
+    changes = {option: text for option, text in options.items() if text is not None}
+    places = (at or [], depth or [])
+    asked = _Asked(law, scheme, how, steps, wear_coefficient or [], friction, *places, changes, distance, engine)
     if source or target:
         _predict_onto(archive, source, target, law, how, asked.anything or ids or run, verbose=verbose, as_json=as_json)
         return
@@ -236,34 +219,47 @@ def _predict(subject: Subject, asked: _Asked, reference: str | None) -> "WearPre
     return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
 
 
+_OF_A_PIN = {
+    "--radius": "a pin; for the crowned disc, use --crown-radius",
+    "--engine": "a pin; wear of two discs is predicted with the GIWM",
+}
+_OF_DISCS = {
+    "--slip": "two discs; a pin has no slip",
+    "--crown-radius": "two discs; for a pin, use --radius",
+    "--distance-per-rotation": "two discs; a pin slides over the whole distance",
+}
+
+
 def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
     """Return the manifest with the load, speed, slip and radius specified on the command line."""
     contact: Any = manifest.described
+    given: dict[str, str | None] = {
+        **asked.changes,
+        "--engine": asked.engine,
+        "--distance-per-rotation": asked.distance,
+    }
+    for option, whose in (_OF_A_PIN if manifest.rolls else _OF_DISCS).items():
+        if given.get(option) is not None:
+            raise typer.BadParameter(f"{option} applies to {whose}")
     changed: dict[str, Quantity | None] = {}
-    if asked.load is not None:
-        changed["normal_load"] = quantity("--load", asked.load, "force")
-    if asked.speed is not None:
-        changed[contact.progress.speed] = quantity("--speed", asked.speed, "speed")
+    for option, key, kind in (("--load", "normal_load", "force"), ("--speed", contact.progress.speed, "speed")):
+        if option in asked.changes:
+            changed[key] = quantity(option, asked.changes[option], kind)
     if manifest.rolls:
-        _refuse(asked.radius, "--radius", "a pin", "for the crowned disc, use --crown-radius")
-        _refuse(asked.engine, "--engine", "a pin", "wear of two discs is predicted with the GIWM")
-        changed |= {"slip": _slip(asked.slip) if asked.slip is not None else manifest.slip, "flat_disc_speed": None}
-    else:
-        _refuse(asked.slip, "--slip", "two discs", "a pin has no slip")
-        _refuse(asked.crown_radius, "--crown-radius", "two discs", "for a pin, use --radius")
-        _refuse(asked.distance, "--distance-per-rotation", "two discs", "a pin slides over the whole distance")
-    contact = _resized(contact, asked)
+        slip = asked.changes.get("--slip")
+        changed |= {"slip": manifest.slip if slip is None else _slip(slip), "flat_disc_speed": None}
+    contact = _resized(contact, asked.changes)
     conditions = manifest.conditions.model_copy(update=changed)
     return manifest.model_copy(update={"contact": contact, "conditions": conditions})
 
 
-def _resized(contact: Any, asked: _Asked) -> Any:
+def _resized(contact: Any, changes: dict[str, str]) -> Any:
     """Return a contact with the specified radius: of a tip, or of a crown."""
-    if asked.radius is not None:
-        pin = contact.pin.model_copy(update={"radius": quantity("--radius", asked.radius, "length")})
+    if "--radius" in changes:
+        pin = contact.pin.model_copy(update={"radius": quantity("--radius", changes["--radius"], "length")})
         return contact.with_bodies(pin, contact.counterbody)
-    if asked.crown_radius is not None:
-        crown = {"crown_radius": quantity("--crown-radius", asked.crown_radius, "length")}
+    if "--crown-radius" in changes:
+        crown = {"crown_radius": quantity("--crown-radius", changes["--crown-radius"], "length")}
         return contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
     return contact
 
@@ -329,11 +325,6 @@ def _depth(text: str) -> float:
     if depth < 0:
         raise UnitError(f"--depth: found {text!r}; expected a wear depth of zero or more, such as '30 um'")
     return depth
-
-
-def _refuse(text: str | None, option: str, whose: str, instead: str) -> None:
-    if text is not None:
-        raise typer.BadParameter(f"{option} applies to {whose}; {instead}")
 
 
 def _slip(text: str) -> "Quantity":
