@@ -95,5 +95,6 @@ def _draw_coefficient(study: StudyFile) -> tuple[Panel, ...]:
 def _effective(study: StudyFile, runs: list[str]) -> list[EffectiveCoefficient]:
     recipe = recipe_of(study.stored.options)
     members = [Member(archived_correction(study.archive, run), archived_friction(study.archive, run)) for run in runs]
-    found = [effective_coefficient(member.pose("sarkar", recipe), recipe.monte_carlo.seed) for member in members]
+    posed = [member.pose("sarkar", recipe) for member in members if member.has_curve]
+    found = [effective_coefficient(run, recipe.monte_carlo.seed) for run in posed]
     return [one for one in found if one is not None]

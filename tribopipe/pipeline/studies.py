@@ -32,6 +32,7 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.study.design import designs
 from tribopipe.evaluation.study.evaluate import evaluate, posed
 from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.wear.measurement_fit import VolumeFit, volume_fit
 from tribopipe.evaluation.wear.measurement_problem import measurement_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear
@@ -310,10 +311,10 @@ def _missing(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
     # Two-step correction needs what a study needs, a post-test measurement, and takes a moment.
     recipe = recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"correction": "two-step"})})
     pin = wear_problem(correct_drift(run, recipe), "archard", None, recipe)
-    if not isinstance(pin, WearProblem):
-        return pin
-    pin.coefficient()
-    return ()
+    if isinstance(pin, WearProblem):
+        pin.coefficient()
+        return ()
+    return () if isinstance(volume_fit(run, "archard", None, recipe), VolumeFit) else pin
 
 
 def draft_studies(manifests: Sequence[RunManifest], without_friction: Collection[str] = ()) -> list[Study]:

@@ -75,7 +75,9 @@ def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "di
     if any(run.friction is not None and run.friction.outcome != "none" for run in runs):
         figures["friction"] = plot_study_friction(runs)
     if recorded and any(law.model == "sarkar" for law in result.laws):
-        found = [effective_coefficient(run.pose("sarkar", recipe), recipe.monte_carlo.seed) for run in runs]
+        found = [
+            effective_coefficient(run.pose("sarkar", recipe), recipe.monte_carlo.seed) for run in runs if run.has_curve
+        ]
         effective = [one for one in found if one is not None]
         if effective:
             figures["coefficient"] = plot_study_coefficient(result, effective)

@@ -101,9 +101,11 @@ def plot_study_wear(
 
     Of runs that were measured at their ends alone, those of one load and slip share a panel, a color for each body, in
     which the law is drawn along the longest of them (paper, Fig. 12). Below, what was measured stands over what the law
-    states. Runs on which another quantity was measured are counted in the legend.
+    states. Runs on which another quantity was measured are counted in the legend. Of a study of both kinds of runs
+    only those are drawn along which wear was recorded.
     """
     found, own = result.law(law), [curve for curve in curves if curve.model == law]
+    own = [curve for curve in own if curve.measured is not None] or own
     runs = [run for run in sorted(found.runs, key=_severity) if run.id in {curve.run_id for curve in own}]
     along = any(curve.measured is not None for curve in own)
     groups: dict[str, list[RunVerdict]] = {}

@@ -31,14 +31,16 @@ def study_panels(law: LawResult, curves: Sequence[StudyCurve], runs: Collection[
 
     ``curves`` are all those of the study, in their order in the archive.
     """
+    own = {
+        f"/entry/curve_{number:03}": curve
+        for number, curve in enumerate(curves)
+        if curve.model == law.model and curve.run_id in runs
+    }
     for body in law.bodies:
-        shown = {
-            f"/entry/curve_{number:03}": curve
-            for number, curve in enumerate(curves)
-            if (curve.model, curve.body) == (law.model, body) and curve.run_id in runs
-        }
-        if shown:
-            yield from _panels(law, body, shown)
+        for what in _UNITS:
+            shown = {path: curve for path, curve in own.items() if (curve.body, curve.what) == (body, what)}
+            if shown:
+                yield from _panels(law, body, shown)
 
 
 def _panels(law: LawResult, body: str, shown: Mapping[str, StudyCurve]) -> Iterator[Panel]:

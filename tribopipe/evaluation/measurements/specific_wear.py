@@ -89,7 +89,7 @@ def _measured(run: RawRun, defaults: DefaultUncertainty, body: str) -> list[_Los
     stops = range(len(run.manifest.interruptions))
     slid = [_distance_at(run, stop) for stop in stops] + [float(np.nanmax(run.sliding_distance))]
     whole = [_volumes(run, defaults, body, stop) for stop in (*stops, None)]
-    known = [_volumes(_known(run), defaults, body, stop) for stop in (*stops, None)]
+    known = [_volumes(with_exact_dimensions(run), defaults, body, stop) for stop in (*stops, None)]
     names = [name for volumes in whole for name in volumes]
     if not names:
         return []
@@ -126,7 +126,7 @@ def _volumes(run: RawRun, defaults: DefaultUncertainty, body: str, stop: int | N
     return {way.name: way.volume for way in ways if way.volume is not None}
 
 
-def _known(run: RawRun) -> RawRun:
+def with_exact_dimensions(run: RawRun) -> RawRun:
     """Return a run whose density, radius and path are known exactly: they are the same in all measurements."""
     return replace(run, manifest=_exact(run.manifest))
 

@@ -12,8 +12,7 @@ import numpy as np
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.measured_runs import MeasuredRun
-from tribopipe.evaluation.study.member import PosedRun
+from tribopipe.evaluation.study.evaluate import StudiedRun
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.study import Design, Lever
@@ -24,7 +23,7 @@ _LENGTHS = np.geomspace(1.0, 100.0, 61)
 
 
 def designs(
-    run: PosedRun | MeasuredRun,
+    run: StudiedRun,
     law: LawName,
     wanted: float,
     shared: Collection[str] = (),
@@ -37,8 +36,8 @@ def designs(
     """
     if not wanted > 0:
         raise FitError(f"plan: --interval: found {wanted:g}; expected a positive value, such as '10 %'")
-    contact = run.problem.contact
-    common = {name.replace("_", " ") for name in (*shared, *law_named(law).inputs())}
+    contact = run.member.corrected.run.manifest.described
+    common = {name.replace("_", " ") for name in (*run.may_share(tuple(shared)), *law_named(law).inputs())}
 
     @cache
     def widths(length: float) -> list[float]:
@@ -57,7 +56,7 @@ def designs(
             Design(
                 id=run.member.id,
                 model=law,
-                of=f"k_D of the {spoken(body)}" if len(contact.fitted_bodies) > 1 else "k_D",
+                of=f"k_D of the {spoken(body)}" if len(run.bodies) > 1 or body != contact.fitted_bodies[0] else "k_D",
                 half_width=now,
                 wanted=wanted,
                 levers=tuple(lever.model_copy(update={"name": contact.worded(lever.name)}) for lever in levers(lines)),

@@ -12,15 +12,15 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen
-from tribopipe.evaluation.study.random_effects import Combination, combine
+from tribopipe.evaluation.study.random_effects import DEPTHS, VOLUMES, Combination, combine
 from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws, judge_recorded, one_engine
-from tribopipe.evaluation.study.verdict import Question, sentence, single_run_note, worst_outcome
+from tribopipe.evaluation.study.verdict import Judgment, Question, sentence, single_run_note, worst_outcome
+from tribopipe.evaluation.study.volume_runs import VolumeDraws, VolumeRun, judge_volumes, posed_volumes
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
@@ -36,6 +36,9 @@ from tribopipe.results.study import (
     StudyResult,
 )
 
+StudiedRun = PosedRun | MeasuredRun | VolumeRun
+Draws = RunDraws | MeasuredDraws | VolumeDraws
+
 
 def evaluate(
     study: Study, members: Mapping[str, Member], recipe: Recipe | None = None, left_out: Sequence[LeftOut] = ()
@@ -47,8 +50,8 @@ def evaluate(
     """
     recipe = recipe or Recipe()
     fit, predict = chosen(study, members, left_out)
-    recorded = is_recorded(fit[0].corrected.run.manifest)
-    recipe = one_engine(recipe, fit) if recorded else recipe
+    recorded = [member for member in fit if member.has_curve]
+    recipe = one_engine(recipe, recorded) if recorded else recipe
     laws = {law: _Law(study, law, recipe, fit, predict) for law in study.laws}
     results = tuple(law.result() for law in laws.values())
     comparisons: dict[str, LawComparison] = {}
@@ -68,16 +71,13 @@ def evaluate(
     return Evaluation(result, tuple(curve for law in laws.values() for curve in law.curves))
 
 
-def is_recorded(manifest: RunManifest) -> bool:
-    """Return whether the wear of a run is known by what a sensor recorded along it."""
-    return manifest.contact is None or manifest.contact.sensor_tells
-
-
-def posed(member: Member, law: LawName, recipe: Recipe) -> PosedRun | MeasuredRun:
+def posed(member: Member, law: LawName, recipe: Recipe) -> StudiedRun:
     """Pose the fit of a law to a run. Raises ``FitError`` where the run is missing something for it."""
-    if is_recorded(member.corrected.run.manifest):
-        return member.pose(law, recipe)
-    return posed_measurements(member, law, recipe)
+    manifest = member.corrected.run.manifest
+    if manifest.contact is not None and not manifest.contact.sensor_tells:
+        return posed_measurements(member, law, recipe)
+    by_volume = None if member.has_curve or manifest.contact is None else posed_volumes(member, law, recipe)
+    return by_volume or member.pose(law, recipe)
 
 
 def _limits(members: Sequence[Member]) -> tuple[str, ...]:
@@ -95,14 +95,15 @@ class _Law:
         self.study, self.law, self.recipe = study, law, recipe
         self.fitted = [posed(member, law, recipe) for member in fit]
         self.predicted = [posed(member, law, recipe) for member in predict]
-        self.bodies = max((run.bodies for run in self.fitted), key=len)
-        _refuse_mixture(study.id, self.fitted, self.bodies)
-        _refuse_no_wear(study.id, self.fitted, self.bodies)
+        self.bodies = _bodies(study.id, self.fitted)
+        self.fitted, self.predicted = (
+            [_restricted(study.id, run, self.bodies) for run in runs] for runs in (self.fitted, self.predicted)
+        )
         every = (*self.fitted, *self.predicted)
         self.shapes = {run.member.id: Shape(run) for run in every if isinstance(run, PosedRun)}
         self.curves: list[StudyCurve] = []
         self._combined: list[Combination] = []
-        self._first: list[tuple[Generator, dict[str, Column], list[RunDraws | MeasuredDraws], Column]] = []
+        self._first: list[tuple[Generator, dict[str, Column], list[Draws], Column]] = []
 
     def result(self) -> LawResult:
         """Identify k_D of each body, and hold the law against every run."""
@@ -118,7 +119,7 @@ class _Law:
         rolling = first.member.corrected.run.manifest.slip is not None
         return LawResult(
             model=self.law,
-            engine=first.problem.engine if isinstance(first, PosedRun) else "giwm",
+            engine=next((run.engine for run in self.fitted if isinstance(run, PosedRun)), first.engine),
             distance_per_rotation=self.recipe.wear.distance_per_rotation if rolling else None,
             bodies={
                 body: StudiedBody(
@@ -152,24 +153,21 @@ class _Law:
 
     def _combine(self, solved: Column) -> list[Combination]:
         ids = [run.member.id for run in self.fitted]
+        scale = VOLUMES if any(isinstance(run, VolumeRun) for run in self.fitted) else DEPTHS
         return [
-            combine(ids, [float(run.coefficients[place]) for run in self.fitted], solved[:, :, place])
+            combine(ids, [float(run.coefficients[place]) for run in self.fitted], solved[:, :, place], scale)
             for place in range(len(self.bodies))
         ]
 
     def _best(self) -> Column:
-        roots = np.sqrt([run.coefficients for run in self.fitted])
-        return np.array([float(roots[:, place] @ one.weights) ** 2 for place, one in enumerate(self._combined)])
+        each = np.array([run.coefficients for run in self.fitted])
+        return np.array([one.best(each[:, place]) for place, one in enumerate(self._combined)])
 
-    def _judge(self, draws: RunDraws | MeasuredDraws, role: Role, best: Column, coefficients: Column) -> RunVerdict:
-        run, asked = draws.run, Question(self.study, self.law, self.recipe, role, best, coefficients)
+    def _judge(self, draws: Draws, role: Role, best: Column, coefficients: Column) -> RunVerdict:
+        run, asked = draws.run, Question(self.study, self.law, self.recipe, role, best, coefficients, self.bodies)
         name, manifest = run.member.id, run.member.corrected.run.manifest
         try:
-            found = (
-                judge_recorded(draws, asked, self.shapes[name])
-                if isinstance(draws, RunDraws)
-                else judge_measured(draws, asked)
-            )
+            found = self._judgment(draws, asked)
         except ContactError as error:
             raise ContactError(f"{name}: {error}") from None
         self.curves += found.curves
@@ -188,8 +186,49 @@ class _Law:
         )
         return verdict.model_copy(update={"sentence": sentence(self.law, verdict)})
 
+    def _judgment(self, draws: Draws, asked: Question) -> Judgment:
+        if isinstance(draws, RunDraws):
+            return judge_recorded(draws, asked, self.shapes[draws.run.member.id])
+        return judge_volumes(draws, asked) if isinstance(draws, VolumeDraws) else judge_measured(draws, asked)
 
-def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bodies: Sequence[str]) -> None:
+
+def _bodies(study_id: str, fitted: Sequence[StudiedRun]) -> tuple[str, ...]:
+    """Return the bodies whose k_D the runs identify: of two discs all, otherwise those that each run has measured.
+
+    Raises ``FitError`` where there is none, or none that has worn.
+    """
+    most = max((run.bodies for run in fitted), key=len)
+    if isinstance(fitted[0], MeasuredRun):
+        _refuse_mixture(study_id, fitted, most)
+        _refuse_no_wear(study_id, fitted, most[1:])
+        return most
+    common = tuple(body for body in most if all(body in run.bodies for run in fitted))
+    if not common:
+        _refuse_mixture(study_id, fitted, most)
+    worn = tuple(body for body in common if any(_coefficient(run, body) > 0 for run in fitted))
+    if not worn:
+        _refuse_no_wear(study_id, fitted, common)
+    return worn
+
+
+def _coefficient(run: StudiedRun, body: str) -> float:
+    """Return k_D of a body by one run alone, m²/N."""
+    return float(run.coefficients[run.bodies.index(body)])
+
+
+def _restricted(study_id: str, run: StudiedRun, bodies: Sequence[str]) -> StudiedRun:
+    """Return a run as it identifies k_D of some bodies. Raises ``FitError`` where it has measured none of them."""
+    some = run.of(bodies) if isinstance(run, VolumeRun) else run
+    if some is None or not set(some.bodies) & set(bodies):
+        raise FitError(
+            f"{study_id}: found no measurement of the {' or '.join(map(spoken, bodies))} in {run.member.id}; expected "
+            "one, since the study identifies k_D of no other body; remove the run from the study, or add the "
+            "measurement"
+        )
+    return some
+
+
+def _refuse_mixture(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequence[str]) -> None:
     """Refuse to take k_D of a body from runs some of which do not have it."""
     for body in bodies:
         silent = [run.member.id for run in fitted if body not in run.bodies]
@@ -200,10 +239,10 @@ def _refuse_mixture(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bod
             )
 
 
-def _refuse_no_wear(study_id: str, fitted: Sequence[PosedRun | MeasuredRun], bodies: Sequence[str]) -> None:
-    """Refuse a second body that no run shows any wear of: nothing could be predicted from it."""
-    for place, body in enumerate(bodies[1:], 1):
-        if not any(run.coefficients[place] > 0 for run in fitted):
+def _refuse_no_wear(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequence[str]) -> None:
+    """Refuse a body that no run shows any wear of: nothing could be predicted from it."""
+    for body in bodies:
+        if not any(_coefficient(run, body) > 0 for run in fitted):
             raise FitError(
                 f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected wear; "
                 "remove its measurements from run.toml, so that it is assumed to be unworn"

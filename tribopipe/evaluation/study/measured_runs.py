@@ -7,6 +7,7 @@ rejected for a run where it is for either body; each body has half the probabili
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.random import Generator
@@ -32,6 +33,7 @@ from tribopipe.evaluation.study.verdict import (
 from tribopipe.evaluation.wear.inputs import DISC_INPUTS
 from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
+from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
@@ -47,6 +49,8 @@ class MeasuredRun:
 
     member: Member
     problem: MeasurementProblem
+
+    engine: ClassVar[WearEngine] = "giwm"
 
     @property
     def bodies(self) -> tuple[str, ...]:

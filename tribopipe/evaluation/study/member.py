@@ -24,6 +24,7 @@ from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem, jo
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import budget, solve_draws
+from tribopipe.physics.conventions import WearEngine
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import CorrectedRun
@@ -104,11 +105,16 @@ class Member:
         """Name of the run."""
         return self.corrected.id
 
+    @property
+    def has_curve(self) -> bool:
+        """Whether a sensor recorded wear along the run, and the pin was measured after it."""
+        return self.corrected.correction.anchor is not None
+
     def pose(self, law: LawName, recipe: Recipe) -> "PosedRun":
         """Pose the fit of a law to this run. Raises ``FitError`` where the run is missing something for it."""
         law_as_given(law, recipe)
         problem = wear_problem(self.corrected, law, self.friction, recipe)
-        if isinstance(problem, WearProblem) and self.corrected.correction.anchor is None:
+        if isinstance(problem, WearProblem) and not self.has_curve:
             problem = ("a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
@@ -148,6 +154,11 @@ class PosedRun:
     """Problem posed with the correction method of the recipe."""
     joint: JointProblem
     """Drift left free, by which the shape of the curve is judged."""
+
+    @property
+    def engine(self) -> WearEngine:
+        """Pressure that k_D is found by."""
+        return self.problem.engine
 
     @property
     def bodies(self) -> tuple[str, ...]:

@@ -10,9 +10,11 @@ mean takes all runs together.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
 from tribopipe.results.study import BetweenRuns
@@ -27,14 +29,38 @@ _NEGLIGIBLE = 1e-14
 """Tolerance of τ² relative to the smallest within-run variance."""
 
 
+class Scale(NamedTuple):
+    """The x that runs are averaged in."""
+
+    power: float
+    """x = k_D^power."""
+
+    def of(self, coefficient: ArrayLike) -> Column:
+        """Return x for k_D, m²/N."""
+        return np.asarray(coefficient, dtype=float) ** self.power
+
+    def back(self, x: ArrayLike) -> Column:
+        """Return k_D, m²/N, for x; no k_D has a root below zero."""
+        return np.asarray(x) if self.power == 1 else np.maximum(x, 0.0) ** (1 / self.power)
+
+
+DEPTHS, VOLUMES = Scale(0.5), Scale(1.0)
+"""Of k_D by wear depths, and by wear volumes."""
+
+
 @dataclass(frozen=True)
 class Combination:
-    """Random-effects mean of √k_D over several runs."""
+    """Random-effects mean of x over several runs."""
 
     weights: Column
     scatter: float
-    """τ, in units of √k_D."""
+    """τ, in units of x."""
     summary: BetweenRuns | None
+    scale: Scale
+
+    def best(self, coefficients: ArrayLike) -> float:
+        """Return k_D, m²/N, of all runs from that of each."""
+        return float(self.scale.back(self.scale.of(coefficients) @ self.weights))
 
     def draw(self, draws: Column, rng: Generator) -> tuple[Column, Column]:
         """Return k_D of all runs and of a further one for draws of each run's k_D, (draws, runs).
@@ -45,27 +71,26 @@ class Combination:
         from scipy.stats import chi2
 
         count, runs = draws.shape
-        mean = np.sqrt(draws) @ self.weights
+        mean = self.scale.of(draws) @ self.weights
         if not self.scatter:
-            return mean**2, mean**2
+            return self.scale.back(mean), self.scale.back(mean)
         least = float(chi2.ppf(_UNLIKELY, runs - 1))
         scatter = self.scatter * np.sqrt((runs - 1) / np.maximum(rng.chisquare(runs - 1, count), least))
         of_mean = math.sqrt(float(self.weights @ self.weights))
-        mean = np.maximum(mean + scatter * of_mean * rng.standard_normal(count), 0.0)
-        return mean**2, np.maximum(mean + scatter * rng.standard_normal(count), 0.0) ** 2
+        known = self.scale.back(mean + scatter * of_mean * rng.standard_normal(count))
+        return known, self.scale.back(self.scale.of(known) + scatter * rng.standard_normal(count))
 
 
-def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combination:
+def combine(ids: Sequence[str], best: Sequence[float], draws: Column, scale: Scale = DEPTHS) -> Combination:
     """Weigh runs by their best k_D and by Monte Carlo of it, (draws, runs)."""
     if len(ids) == 1:
-        return Combination(np.ones(1), 0.0, None)
+        return Combination(np.ones(1), 0.0, None, scale)
     from scipy.stats import chi2
 
-    roots = np.sqrt(draws)
-    covariance = np.cov(roots.T)
+    covariance = np.cov(scale.of(draws).T)
     shared = float(np.mean(covariance[~np.eye(len(ids), dtype=bool)]))
     own = np.maximum(np.diag(covariance) - max(shared, 0.0), 1e-3 * np.diag(covariance))
-    x = np.sqrt(np.asarray(best))
+    x = scale.of(best)
     scatter = paule_mandel(x, own)
     weights = 1 / (own + scatter**2)
     weights /= weights.sum()
@@ -74,14 +99,14 @@ def combine(ids: Sequence[str], best: Sequence[float], draws: Column) -> Combina
     q = float(plain @ (x - plain @ x / plain.sum()) ** 2)
     summary = BetweenRuns(
         runs=len(ids),
-        # dk/k = 2·dx/x
-        scatter=2 * scatter / mean,
-        within=2 * math.sqrt(float(np.mean(own))) / mean,
+        # dk/k = dx/x / power
+        scatter=scatter / abs(mean) / scale.power,
+        within=math.sqrt(float(np.mean(own))) / abs(mean) / scale.power,
         p_value=float(chi2.sf(q, len(ids) - 1)),
         weights=tuple(weights.tolist()),
         outliers=tuple(ids[place] for place in _outliers(x, own)),
     )
-    return Combination(weights, scatter, summary)
+    return Combination(weights, scatter, summary, scale)
 
 
 def paule_mandel(x: Column, variance: Column) -> float:

@@ -201,7 +201,8 @@ def one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:
 
 def judge_recorded(draws: RunDraws, asked: Question, shape: Shape) -> Judgment:
     """Hold a law against the curve of a run and its end."""
-    run, (best,), coefficients = draws.run, asked.best.tolist(), asked.coefficients[:, 0]
+    run = draws.run
+    best, coefficients = asked.of(run.bodies[0])
     comparison = compare(draws, best, coefficients)
     engines = compare_engines(draws) if asked.role == "fitted" else None
     outcome = _withheld(decide(comparison, lambda factor: run.predicted(best * factor)), run)

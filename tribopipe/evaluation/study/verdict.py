@@ -34,8 +34,10 @@ DECISIVE = 0.005
 _NOTABLE = 0.05
 _SURE = 0.01
 """Probability under the law below which a trend or a change is worth a word."""
-_NONE = 1e-15
-"""Depth, m, that is none: limits are at least as wide."""
+_NONE = 1e-9
+"""Share of the wear that is no difference: limits are at least as wide."""
+_LEAST_REACH = 0.5
+"""Limits along a curve over those at each place are at least 1, up to the scatter of draws, unless nothing is drawn."""
 _NOTICED = 2.0
 """Factor of k_D that has to be noticed for "supported" to mean anything."""
 _MIDDLE = (0.158655, 0.841345)
@@ -56,6 +58,13 @@ class Question:
     """k_D of each body by the study, m²/N."""
     coefficients: Column
     """Draws of them for a run of its own, (draws, bodies)."""
+    bodies: Sequence[str]
+    """Their bodies."""
+
+    def of(self, body: str) -> tuple[float, Column]:
+        """Return k_D of a body, m²/N, and its draws."""
+        place = self.bodies.index(body)
+        return float(self.best[place]), self.coefficients[:, place]
 
 
 @dataclass(frozen=True)
@@ -91,14 +100,19 @@ class Comparison:
     def limits(self, level: float) -> Column:
         """Return the half widths of the interval of the deviation towards zero, m, at each place."""
         low, high = np.quantile(self.errors, [level / 2, 1 - level / 2], axis=0)
-        return np.asarray(np.maximum(np.where(self.deviation > 0, -low, high), _NONE))
+        return np.asarray(np.maximum(np.where(self.deviation > 0, -low, high), self._none))
+
+    @property
+    def _none(self) -> float:
+        """Difference that is none."""
+        return _NONE * float(np.max(np.abs([self.measured, self.predicted])))
 
     def along(self, level: float) -> Column:
         """Return the deviation over its simultaneous limits at each place."""
         errors = self.errors
         low, high = np.quantile(errors, TAILS, axis=0)
-        scaled = np.where(errors < 0, errors / np.minimum(low, -_NONE), errors / np.maximum(high, _NONE))
-        reached = float(np.quantile(np.max(scaled, axis=1), 1 - level))
+        scaled = np.where(errors < 0, errors / np.minimum(low, -self._none), errors / np.maximum(high, self._none))
+        reached = max(_LEAST_REACH, float(np.quantile(np.max(scaled, axis=1), 1 - level)))
         return self.deviation / (self.limits(_NOTABLE) * reached)
 
     def law_band(self) -> tuple[Column, Column]:
@@ -208,7 +222,10 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
     off = {body: f"E_n = {signed(found.e_n, 2)}" for body, found in verdict.bodies.items()}
     ratios = " and ".join(f"{found.coefficient_ratio}" for found in verdict.bodies.values())
     if slip is None:
-        said = "; ".join(f"{words} at {verdict.end.value:.4g} m, {off[body]}" for body, words in each.items())
+        named = {body: f"{spoken(body)} " if len(each) > 1 else "" for body in each}
+        said = "; ".join(
+            f"{named[body]}{words} at {verdict.end.value:.4g} m, {off[body]}" for body, words in each.items()
+        )
         alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     else:
         at = f"{at} and {show(slip.value, None, '1', '%')} slip"

@@ -226,18 +226,22 @@ class VolumeFit:
 
     def volume(self, body: str, values: Values) -> Numbers:
         """Return what a body has lost in one contact, m³."""
-        return values[volume_of(body)]
+        return values[volume_of(body)] * values.get(scale_of(body), 1.0)
 
     def work(self, values: Values, places: Column) -> Column:
         """Return F_N·S at sliding distances, N·m: (places,), or (draws, places) of columns of values."""
+        return np.asarray(values["normal_load"] * self.effective(values, places))
+
+    def effective(self, values: Values, places: Column) -> Column:
+        """Return S, m, in which Archard's law would wear as much as this one until sliding distances, m."""
         friction = friction_along(self.friction, values, self.values)
         effective = self.law.at(values).effective_distance(places, friction)
-        return np.asarray(values["normal_load"] * effective * distance_scale(values, self.values))
+        return np.asarray(effective * distance_scale(values, self.values))
 
     def of(self, *bodies: str) -> "VolumeFit | None":
         """Return the fit of some of the bodies only; None if it has none of them."""
         kept = tuple(body for body in self.bodies if body in bodies)
-        left = {volume_of(body) for body in self.bodies if body not in kept}
+        left = {name(body) for body in self.bodies if body not in kept for name in (volume_of, scale_of)}
         inputs = {name: given for name, given in self.inputs.items() if name not in left}
         return replace(self, bodies=kept, inputs=inputs) if kept else None
 
@@ -263,6 +267,10 @@ class VolumeFit:
             basis="measurement",
             notes=(*self.limits, _BY_VOLUME),
         )
+
+    def budgets(self) -> list[tuple[Contribution, ...]]:
+        """Return for each k_D its uncertainty budget by first-order propagation, the largest part first."""
+        return _budgets(self, self.sensitivities())
 
     def sensitivities(self) -> dict[str, Column]:
         """Return ∂ln k/∂x of each body for each input."""
@@ -331,3 +339,8 @@ def _is_known(volume: Quantity) -> bool:
 def volume_of(body: str) -> str:
     """Return the name of the input that is the volume a body has lost."""
     return f"{body}_wear_volume"
+
+
+def scale_of(body: str) -> str:
+    """Return the name of the input by which that volume is wrong in all runs of bodies that are made alike."""
+    return f"{body}_volume_scale"

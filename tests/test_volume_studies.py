@@ -1,0 +1,131 @@
+"""Studies of runs without a depth signal: wear volumes of known k_D, by hand, and held against the law."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from end_value_runs import CIRCLE, RADIUS, described, run_of, si
+
+from tribopipe.base.errors import FitError
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.study import Study
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.study.design import designs
+from tribopipe.evaluation.study.evaluate import evaluate, posed
+from tribopipe.evaluation.study.member import Member
+from tribopipe.physics.geometry import scar_depth, worn_volume
+from tribopipe.views.study_figures import plot_study_wear
+
+QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=1))
+K_PIN, K_DISC, SLID = 2e-14, 6e-14, 500.0
+
+
+def member(name, load=0.2, *, load_share=0.0, path=CIRCLE, **ends):
+    """A run at a load, N, with post-test measurements."""
+    stated = {"normal_load": si(load, "N", load_share * load), "sliding_speed": si(0.4, "m/s"), **path}
+    manifest = described(conditions=stated, **ends)
+    return Member(correct_drift(replace(run_of(manifest.model_copy(update={"id": name})))), None)
+
+
+def lost(factor=1.0, load=0.2, share=0.03, k=K_PIN):
+    """A volume that a k_D times a factor gives at a load, uncertain by a share."""
+    volume = k * factor * load * SLID
+    return si(volume, "m^3", abs(share * volume))
+
+
+def studied(fit, predict=(), **more):
+    members = {one.id: one for one in (*fit, *predict)}
+    document = {"id": "volumes", "fit": [one.id for one in fit], "predict": [one.id for one in predict]}
+    study = Study.model_validate({"schema": "tribopipe.study/1", "laws": ["archard"], **document, **more})
+    return evaluate(study, members, QUICK)
+
+
+def test_k_d_is_the_mean_of_runs_that_agree_and_the_load_they_share_does_not_average_out():
+    fit = [member(f"run-{n}", load_share=0.02, pin_wear_volume=lost()) for n in range(3)]
+    law = studied(fit, shared=["normal_load"]).result.laws[0]
+    found = law.first.wear_coefficient
+    assert found.value == pytest.approx(K_PIN, rel=1e-12)
+    assert found.standard_uncertainty == pytest.approx(K_PIN * math.hypot(0.03 / math.sqrt(3), 0.02), rel=0.03)
+    assert law.engine == "volume"
+
+
+def test_scatter_between_runs_is_that_of_their_volumes():
+    factors = np.array([0.8, 1.0, 1.3, 1.1])
+    fit = [member(f"run-{n}", pin_wear_volume=lost(one, share=1e-4)) for n, one in enumerate(factors)]
+    between = studied(fit).result.laws[0].first.between_runs
+    assert between.scatter == pytest.approx(np.std(factors, ddof=1) / np.mean(factors), rel=0.01)
+
+
+@pytest.mark.parametrize(("factor", "outcome"), [(1.0, "supported"), (2.0, "under-predicts"), (0.5, "over-predicts")])
+def test_volume_at_another_load_is_predicted(factor, outcome):
+    fit = [member("light", pin_wear_volume=lost())]
+    heavy = member("heavy", load=0.4, pin_wear_volume=lost(factor, load=0.4))
+    evaluation = studied(fit, [heavy])
+    run = evaluation.result.laws[0].runs[1]
+    assert (run.outcome, run.first.what, run.end.unit) == (outcome, "wear_volume", "m")
+    assert run.first.predicted.value == pytest.approx(K_PIN * 0.4 * SLID, rel=1e-9)
+    assert run.first.coefficient_ratio.value == pytest.approx(factor, rel=1e-9)
+    curve = evaluation.curves[1]
+    assert curve.predicted[[0, -1]] == pytest.approx([0.0, K_PIN * 0.4 * SLID], rel=1e-9)
+
+
+def test_both_bodies_have_a_k_d_and_are_named():
+    ends = {"pin_wear_volume": lost(), "disc_wear_volume": lost(k=K_DISC)}
+    evaluation = studied([member("one", **ends)], [member("other", **ends)])
+    law = evaluation.result.laws[0]
+    assert {name: body.wear_coefficient.value for name, body in law.bodies.items()} == pytest.approx(
+        {"pin": K_PIN, "disc": K_DISC}, rel=1e-9
+    )
+    assert "; disc " in law.runs[1].sentence
+    assert plot_study_wear(evaluation.result, "archard", evaluation.curves).axes
+
+
+def test_a_body_that_one_run_did_not_measure_is_left_to_the_others():
+    both = member("both", pin_wear_volume=lost(), disc_wear_volume=lost(k=K_DISC))
+    pin, disc = member("pin", pin_wear_volume=lost()), member("disc", disc_wear_volume=lost(k=K_DISC))
+    assert list(studied([both, pin]).result.laws[0].bodies) == ["pin"]
+    assert list(studied([both], [disc]).result.laws[0].runs[1].bodies) == ["disc"]
+    with pytest.raises(FitError, match="no measurement of the pin in disc"):
+        studied([pin], [disc])
+
+
+def test_a_gain_within_the_uncertainty_is_a_run_like_any_other():
+    volumes = (-1e-13, 2e-13, 4e-13)
+    fit = [member(f"run-{n}", pin_wear_volume=si(one, "m^3", 3e-13)) for n, one in enumerate(volumes)]
+    found = studied(fit).result.laws[0].first.wear_coefficient
+    assert found.value == pytest.approx(np.mean(volumes) / (0.2 * SLID), rel=1e-6)
+    assert found.standard_uncertainty == pytest.approx(3e-13 / math.sqrt(3) / (0.2 * SLID), rel=0.05)
+
+
+def test_runs_that_all_gained_are_refused():
+    with pytest.raises(FitError, match="no wear of the pin"):
+        studied([member(f"run-{n}", pin_wear_volume=si(-1e-13, "m^3", 3e-13)) for n in range(2)])
+
+
+def test_end_of_life_is_where_the_cap_has_been_worn():
+    law = studied([member("one", pin_wear_volume=lost(share=1e-6))], end_of_life=si(5e-6, "m")).result.laws[0]
+    cap = float(worn_volume(depth=5e-6, sphere_radius=RADIUS, flat_radius=0.0))
+    assert law.runs[0].end_of_life.place.value == pytest.approx(cap / (K_PIN * 0.2), rel=1e-3)
+
+
+def test_density_is_off_by_the_same_in_all_runs():
+    mass = si(3210.0 * K_PIN * 0.2 * SLID, "kg", 1e-15)
+    law = studied([member(f"run-{n}", pin_mass_loss=mass) for n in range(4)]).result.laws[0]
+    share = QUICK.uncertainty.density
+    assert law.first.wear_coefficient.standard_uncertainty == pytest.approx(share * K_PIN, rel=0.05)
+
+
+@pytest.mark.parametrize(("way", "power"), [("pin_scar_diameter", 0.25), ("pin_wear_depth", 0.5), ("pin_wear_volume", 0)])
+def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
+    scar = 0.2e-3
+    depth = float(scar_depth(scar_radius=scar / 2, sphere_radius=RADIUS, flat_radius=0.0))
+    value = {"pin_scar_diameter": si(scar, "m", 2e-6), "pin_wear_depth": si(depth, "m", 1e-7)}.get(way, lost(share=0.04))
+    run = posed(member("one", load_share=0.0, **{way: value}), "archard", QUICK)
+    (now,), (then,) = (
+        [line.relative for line in lines if line.name == "pin wear volume"]
+        for (lines,) in (run.budgets(), run.budgets(16.0))
+    )
+    assert then / now == pytest.approx(16.0**-power, rel=0.02)
+    (plan,) = designs(run, "archard", 0.05)
+    assert (plan.sliding_distance is None) == (power == 0)

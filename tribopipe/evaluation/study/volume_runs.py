@@ -1,0 +1,232 @@
+"""Runs of a study without a depth signal: volumes that a pin and its counterbody have lost, held against a law.
+
+Each body loses V = k_D·F_N·S, whatever its shape, so that k_D of a run is in proportion to the volume. The law is held
+against the volume of each body at the end. What all volumes depend on, such as the density or the radius of the tip, is
+off by the same in all runs.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.contacts.kinds import Terms, wear_of
+from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.load_and_friction import applied_load
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
+from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.verdict import (
+    DECISIVE,
+    Comparison,
+    Judgment,
+    KnownCoefficient,
+    Question,
+    body_verdict,
+    decide,
+    end_of_life,
+)
+from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
+from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
+from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.uncertainty import TAILS
+from tribopipe.results.input_quantities import Input
+from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
+from tribopipe.results.wear_fit import Contribution
+
+_PLACES = 30
+_CURVE_DRAWS = 1_000
+"""Draws for a band; its ends lie on a smooth curve."""
+
+
+@dataclass(frozen=True)
+class VolumeRun:
+    """A run and a law."""
+
+    member: Member
+    problem: VolumeFit
+    gains: Mapping[str, float]
+    """By which power of its volume the relative uncertainty of each body's measurement decreases."""
+
+    engine: ClassVar[WearEngine] = "volume"
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies whose k_D is found."""
+        return self.problem.bodies
+
+    @property
+    def contact(self) -> SlidingPin:
+        """The contact as run.toml describes it."""
+        return self.member.corrected.run.manifest.sliding_pin
+
+    @property
+    def end(self) -> Quantity:
+        """Sliding distance at the end of the test."""
+        return Quantity(value=self.problem.slid, unit="m")
+
+    @property
+    def coefficients(self) -> Column:
+        """k_D of each body by this run alone, m²/N; below zero for one that has gained."""
+        return self.problem.coefficients(self.problem.values)
+
+    def of(self, bodies: Sequence[str]) -> "VolumeRun | None":
+        """Return the run as some bodies have it; None if none of them was measured."""
+        some = self.problem.of(*bodies)
+        return None if some is None else replace(self, problem=some)
+
+    def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return which inputs may be off by the same in several runs."""
+        return (*(name for name in names if name in PIN_SHARED), *map(scale_of, self.bodies))
+
+    def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
+        """Return what u of each k_D is made of, for a test ``length`` times as long where that is named."""
+        inputs = dict(self.problem.inputs)
+        for body in self.bodies:
+            given = inputs[volume_of(body)]
+            spread = given.spread * (length or 1.0) ** -self.gains[body]
+            quantity = given.quantity.model_copy(update={"standard_uncertainty": spread})
+            inputs[volume_of(body)] = replace(given, quantity=quantity)
+        return replace(self.problem, inputs=inputs).budgets()
+
+    def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "VolumeDraws":
+        """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""
+        problem = self.problem
+        values = draw_values(problem.inputs, problem.friction_covariance, rng, count, shared)
+        return VolumeDraws(self, values, problem.coefficients(values))
+
+
+@dataclass(frozen=True)
+class VolumeDraws:
+    """A run's inputs, volumes among them, and its own k_D in each draw."""
+
+    run: VolumeRun
+    values: dict[str, Column]
+    """Columns of shape (draws, 1)."""
+    coefficients: Column
+    """m²/N, (draws, bodies)."""
+
+    def kept(self, accepted: NDArray[np.bool_]) -> "VolumeDraws":
+        """Return the draws that were accepted."""
+        values = {name: column[accepted] for name, column in self.values.items()}
+        return VolumeDraws(self.run, values, self.coefficients[accepted])
+
+
+def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | None:
+    """Pose the fit of a law to the volumes of a run; None if no volume is known.
+
+    Raises ``FitError`` where the run is missing something that the law needs.
+    """
+    run, friction = member.corrected.run, member.friction
+    fit = volume_fit(run, law, friction, recipe)
+    if fit is None:
+        return None
+    exact = volume_fit(with_exact_dimensions(run), law, friction, recipe)
+    if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
+        lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
+        raise FitError(
+            f"{member.id}: found a run without {' and '.join(lacking)}; expected it for this wear law; remove the run "
+            "from the study"
+        )
+    inputs = dict(fit.inputs)
+    for body in fit.bodies:
+        inputs |= _parted(body, fit.inputs[volume_of(body)], exact.inputs.get(volume_of(body)))
+    return VolumeRun(member, replace(fit, inputs=inputs), _gains(member, recipe))
+
+
+def _parted(body: str, whole: Input, own: Input | None) -> dict[str, Input]:
+    """Part the uncertainty of a volume into that of its own measurement and the relative one of what all share."""
+    value = whole.quantity.value
+    if own is None or own.quantity.value != value or not value:
+        return {}
+    shared = math.sqrt(max(0.0, whole.spread**2 - own.spread**2)) / abs(value)
+    if not shared:
+        return {}
+    quantity = whole.quantity.model_copy(update={"standard_uncertainty": own.spread})
+    scale = Quantity(value=1.0, unit="1", standard_uncertainty=shared)
+    return {volume_of(body): replace(whole, quantity=quantity), scale_of(body): Input(scale, "manifest")}
+
+
+def _gains(member: Member, recipe: Recipe) -> dict[str, float]:
+    """Return for each body by which power of the volume its relative uncertainty decreases in a longer test.
+
+    A reading x, as uncertain as it is, of V ∝ xⁿ is so by 1/n: u(V)/V = n·u(x)/x. A volume that was measured as such
+    is always as uncertain relative to itself.
+    """
+    run = member.corrected.run
+    worn = pin_on_disc_wear(run, recipe.uncertainty).bodies
+    best = {run.manifest.sliding_pin.body_name(role): surest(ways, "volume") for role, ways in worn.items()}
+    return {body: 0.0 if way is None else _gain(way) for body, way in best.items()}
+
+
+def _gain(way: BodyWear) -> float:
+    if way.pair is None or way.volume is None or way.name.endswith(("_wear_volume", "_profile")):
+        return 0.0
+    reading = next(one.quantity for one in (way.pair.pin, way.pair.disc) if one.name == way.name)
+    of_reading, of_volume = (
+        abs((one.standard_uncertainty or 0.0) * rest.value)
+        for one, rest in ((reading, way.volume), (way.volume, reading))
+    )
+    return min(1.0, of_reading / of_volume) if of_volume else 0.0
+
+
+def judge_volumes(draws: VolumeDraws, asked: Question) -> Judgment:
+    """Hold a law against the volume that each body whose k_D the study found has lost."""
+    wanted = asked.study.end_of_life
+    return Judgment(
+        bodies={body: _body(place, draws, asked) for place, body in enumerate(draws.run.bodies)},
+        curves=tuple(_curve(body, draws, asked) for body in draws.run.bodies),
+        end_of_life=None if wanted is None else _life(draws, asked, wanted.value),
+        notes=(),
+    )
+
+
+def _body(place: int, draws: VolumeDraws, asked: Question) -> BodyVerdict:
+    run, problem = draws.run, draws.run.problem
+    body, end = run.bodies[place], np.asarray([problem.slid])
+    best, drawn = asked.of(body)
+    work = problem.work(problem.values, end)
+    comparison = Comparison(
+        np.atleast_1d(problem.volume(body, problem.values)),
+        best * work,
+        np.asarray(problem.volume(body, draws.values)),
+        drawn[:, None] * problem.work(draws.values, end),
+    )
+    outcome = decide(comparison, lambda factor: factor * best * work, DECISIVE / len(asked.bodies))
+    own = KnownCoefficient(float(run.coefficients[place]), draws.coefficients[:, place], best, drawn)
+    return body_verdict(comparison, outcome, "wear_volume", [run.end], own)
+
+
+def _curve(body: str, draws: VolumeDraws, asked: Question) -> StudyCurve:
+    """Return the volume of a body that the law gives along a run."""
+    run, problem = draws.run, draws.run.problem
+    best, drawn = asked.of(body)
+    places = np.linspace(0.0, problem.slid, _PLACES)
+    some = {name: column[:_CURVE_DRAWS] for name, column in draws.values.items()}
+    band = drawn[:_CURVE_DRAWS, None] * problem.work(some, places)
+    low, high = np.quantile(band, TAILS, axis=0)
+    line, who = best * problem.work(problem.values, places), (run.member.id, asked.law, asked.role, body)
+    return StudyCurve(*who, "wear_volume", run.contact.progress.signal, places, line, low, high)
+
+
+def _life(draws: VolumeDraws, asked: Question, depth: float) -> EndOfLife | None:
+    """Return where the first body reaches a depth, m, by the shape that the volumes of both give them."""
+    run, problem = draws.run.member.corrected.run, draws.run.problem
+    wear = wear_of(draws.run.contact, Terms(engine="volume", path=run.manifest.path, worn=asked.bodies))
+    rng = np.random.Generator(np.random.PCG64(asked.recipe.monte_carlo.seed))
+    shape = draw_values(wear.inputs(applied_load(run, asked.recipe), asked.recipe), None, rng, len(asked.coefficients))
+    none = np.zeros((len(asked.coefficients), 1))
+    drawn = {body: np.maximum(asked.of(body)[1][:, None], 0.0) for body in asked.bodies}
+    known = {name: drawn.get(body, none) for name, body in zip(wear.coefficients, wear.bodies, strict=True)}
+    wanted = wear.progress_to({**shape, **draws.values, **known}, depth)
+    wanted = np.where(drawn[asked.bodies[0]] > 0, wanted, np.inf)
+    return end_of_life(depth, wanted, lambda reached: problem.effective(draws.values, reached), "m")
