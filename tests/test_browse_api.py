@@ -290,7 +290,7 @@ def test_a_study_is_a_page_with_plots(kind, request):
             if offer["name"].startswith("wear"):
                 assert all(panel["marks"] for panel in plot["panels"])
                 assert all(one["value"].endswith("(± u)") for panel in plot["panels"] for one in panel["marks"])
-                below = [panel["label"] for panel in plot["panels"] if panel["label"].endswith("measured over law")]
+                below = [panel["label"] for panel in plot["panels"] if panel["label"].endswith("measured / predicted")]
                 assert len(below) == (2 if kind == "disc_study" else 0)
             with h5py.File(archive / study["file"]) as file:
                 assert offer["path"] in file

@@ -118,7 +118,7 @@ def test_wear_of_each_disc_stands_beside_the_laws_and_what_was_measured(run):
     curves = curves_of(run, ("archard", "sarkar"))
     figure = plot_wear(correct_drift(run), curves)
     assert faults(figure) == []
-    assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 %"]
+    assert labels(figure) == ["Archard, fitted", "Sarkar, fitted", "measured, 95 % CI"]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a) crowned disc", "(b) cylindrical disc"]
     assert figure.axes[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
     assert {ax.get_xlabel() for ax in figure.axes} == {"rotations of the crowned disc / $10^{6}$"}
@@ -328,7 +328,7 @@ def test_study_has_a_panel_for_each_slip_with_the_law_along_its_longest_run(stud
     upper, lower = figure.axes[:2], figure.axes[2:]
     assert [ax.get_title(loc="left") for ax in upper] == ["(a) 250 mN, 4 % slip", "(b) 250 mN, 10 % slip"]
     assert upper[0].get_ylabel() == "wear volume / $10^{-3}$ mm³"
-    assert lower[0].get_ylabel() == "measured\nover law"
+    assert lower[0].get_ylabel() == "measured /\npredicted"
     assert {ax.get_xlabel() for ax in lower} == {"rotations of the crowned disc / $10^{6}$"}
     assert len({(ax.get_xlim(), ax.get_ylim()) for ax in upper}) == 1
     for ax, run_id, last in zip(upper, (LONG, FAST[0]), (2.0, 1.0), strict=True):

@@ -105,7 +105,7 @@ def test_friction_without_a_known_distance_is_one_panel_against_time(sample_arch
     fit = fit_friction(run)
     (ax,) = plot_friction(run, fit).axes
     assert ax.get_xlabel() == "time / s"
-    steady = next(line for line in ax.lines if line.get_label() == "steady value b")
+    steady = next(line for line in ax.lines if line.get_label() == "steady-state value b")
     assert set(steady.get_ydata()) == {fit.steady_state.value}
     assert ax.texts[0].get_text().endswith("sliding distance unknown")
     assert "\n" not in ax.texts[0].get_text()

@@ -234,4 +234,4 @@ def test_engine_of_discs_is_refused_by_predict(run_cli):
     given = ("--run", SAMPLES / "si3n4-twin-disc-4pct-100k", "--wear-coefficient", "4.6e-12 mm^3/(N*mm)")
     refused = run_cli("predict", *given, "--at", "1e5", "--engine", "local")
     assert refused.exit_code == 2
-    assert "two discs are predicted by the GIWM" in refused.stderr
+    assert "wear of two discs is predicted with the GIWM" in refused.stderr

@@ -316,7 +316,7 @@ def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():
     first, second = table(page, "k_D of the pin: Monte Carlo and first-order")
     assert (first[0], first[3], second[3]) == ("Monte Carlo, 20,000 draws (not converged)", "do not agree", "")
     reading, measured, reported, apart = table(page, "k_D of the pin from depth signal and measurement")
-    assert reading == ("depth signal alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not trusted")
+    assert reading == ("depth signal alone", "(1.600 ± 0.050)×10⁻⁸ mm³/(N·mm)", "not used")
     assert (measured[1], reported[1:]) == (reported[1], ("(1.350 ± 0.030)×10⁻⁸ mm³/(N·mm)", "measurement"))
     assert apart[1] == "4.2 standard uncertainties"
 
@@ -415,7 +415,7 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "where the wear depths are reached")
+    assert table(page, "predicted") == table(page, "points at which the wear depths are reached")
     assert facts_of(page, "")["relative error of the steps"] == "+1.20 %"
 
 

@@ -209,7 +209,7 @@ def test_reporting_items_are_reported_or_missing_with_their_key(studied, study_h
     assert "missing: add conditions.relative_humidity to run.toml" in told
     assert "missing: add conditions.track_radius to run.toml" in told
     assert f"200.0 ± 2.0 mN ({LIGHT}, {AGAIN})" in told
-    assert "2 runs, between which k_D scatters by" in told
+    assert "2 runs; between-run scatter of k_D:" in told
 
 
 @pytest.mark.slow
@@ -266,7 +266,7 @@ def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):
     page = Page(run_report(archive, [run_id]))
     assert_inert(page)
     assert_readable(page)
-    assert "Nothing was evaluated yet" in page.text
+    assert "Not evaluated yet" in page.text
     assert "missing: add contact.pin.material to run.toml" in page.text
     assert page.all("svg") == []
 

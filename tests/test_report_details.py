@@ -231,7 +231,7 @@ def test_without_a_browser_the_way_out_is_said(tested, run_cli, tmp_path, monkey
     monkeypatch.setattr(rendering, "_browsers", lambda: iter(()))
     result = run_cli("report", RUN, "--archive", tested.folder, "-o", tmp_path / "out.pdf")
     assert result.exit_code == 1
-    assert "expected one of them to make the PDF" in result.stderr
+    assert "expected one of them to create the PDF" in result.stderr
     assert not (tmp_path / "out.pdf").exists()
 
 

@@ -259,7 +259,7 @@ def test_figures_of_one_run_fit_one_column(studied, members, effective):
     assert friction.axes[0].get_title(loc="left") == "200 mN"
     wear = plot_study_wear(result, "archard", studied.study("si3n4").curves)
     assert labels(wear)[0] == "200 mN, fitted"
-    assert "measured, 95 %, run fitted" in labels(wear)
+    assert "measured, 95 % CI (fitted run)" in labels(wear)
     assert "(bars shifted right)" not in labels(wear)
     for figure in (friction, coefficient, wear):
         assert faults(figure) == []

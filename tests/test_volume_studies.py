@@ -116,11 +116,15 @@ def test_density_is_off_by_the_same_in_all_runs():
     assert law.first.wear_coefficient.standard_uncertainty == pytest.approx(share * K_PIN, rel=0.05)
 
 
-@pytest.mark.parametrize(("way", "power"), [("pin_scar_diameter", 0.25), ("pin_wear_depth", 0.5), ("pin_wear_volume", 0)])
+@pytest.mark.parametrize(
+    ("way", "power"), [("pin_scar_diameter", 0.25), ("pin_wear_depth", 0.5), ("pin_wear_volume", 0)]
+)
 def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     scar = 0.2e-3
     depth = float(scar_depth(scar_radius=scar / 2, sphere_radius=RADIUS, flat_radius=0.0))
-    value = {"pin_scar_diameter": si(scar, "m", 2e-6), "pin_wear_depth": si(depth, "m", 1e-7)}.get(way, lost(share=0.04))
+    value = {"pin_scar_diameter": si(scar, "m", 2e-6), "pin_wear_depth": si(depth, "m", 1e-7)}.get(
+        way, lost(share=0.04)
+    )
     run = posed(member("one", load_share=0.0, **{way: value}), "archard", QUICK)
     (now,), (then,) = (
         [line.relative for line in lines if line.name == "pin wear volume"]

@@ -1,1 +1,1 @@
-"""What people see of results: figures, pages, tables, reports."""
+"""Presentation of results: figures, pages, tables, reports."""

@@ -1,4 +1,4 @@
-"""Figures of archived runs, drawn, and saved next to the archive; captions of the figures of runs and studies.
+"""Figures of archived runs, saved next to the archive; captions of the figures of runs and studies.
 
 Captions are also the text for screen readers.
 """
@@ -50,7 +50,7 @@ _STUDY_CAPTIONS = {
 
 
 def study_caption(what: str, *, discs: bool) -> str:
-    """Return the caption of a study's figure, by its name, of two discs or of a pin."""
+    """Return the caption of a study's figure, by its name, for two discs or for a pin."""
     if what in _STUDY_CAPTIONS:
         return _STUDY_CAPTIONS[what]
     law = law_title(what.removeprefix("wear-"))
@@ -69,7 +69,7 @@ _DRAWN = ("depth", "friction", "clean-up", "wear", "contact", "local-wear", "loc
 
 
 def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
-    """Draw what a run has: depth, friction, what preprocessing changed, wear, the contact of two discs, and local wear.
+    """Draw the available figures of a run: depth, friction, preprocessing, wear, contact of two discs, and local wear.
 
     Return the figures by these names, in this order. Nothing is drawn of a run that could not be corrected for want of
     samples. Raises ``ArchiveError`` where the run is not in the archive.
@@ -89,7 +89,7 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
 
 
 def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> list[Path]:
-    """Draw what a run has. Return the files written, <archive>/figures/<id>-<what>.png.
+    """Draw the available figures of a run. Return the files written, <archive>/figures/<id>-<what>.png.
 
     In ``formats`` that are named, figures are for print, with their captions as text. A figure that was drawn before of
     what the run no longer has is deleted. Raises ``ArchiveError`` where the run is not in the archive, or figures
@@ -107,7 +107,7 @@ def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ())
 
 
 def run_is_drawn(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> bool:
-    """Return whether all figures of a run were saved after its last step, whichever command was interrupted since."""
+    """Return whether all figures of a run were saved after its last step, even if a later command was interrupted."""
     run = archive.outline(run_id)
     if "drift_correction" not in run.steps:
         return True
@@ -123,7 +123,7 @@ def _is_drawn_as(archive: Archive, run: RunOutline, ending: str, last: str) -> b
 
 
 def is_since(path: Path, date: str) -> bool:
-    """Return whether a file was written at a date, ISO 8601, or later."""
+    """Return whether a file was written on or after a date, ISO 8601."""
     return path.stat().st_mtime >= datetime.fromisoformat(date).timestamp()
 
 
@@ -135,7 +135,7 @@ def _clean_up_figures(archive: Archive, cleaned: RawRun, clean_up: CleanUp) -> "
 
 
 def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "dict[str, Figure]":
-    """Draw wear by all laws, and the contact by the first of them where it is known along the run."""
+    """Draw wear with all laws, and the contact with the first of them if it is known along the run."""
     fits, predictions = (
         [curves for name in names.values() if (curves := archived_curves(steps.get(name)))]
         for names in (WEAR_FITS, PREDICTIONS)
@@ -149,6 +149,6 @@ def _wear_figures(corrected: CorrectedRun, steps: Mapping[StepName, Step]) -> "d
 
 
 def _local_figures(steps: Mapping[StepName, Step], run_id: str) -> "dict[str, Figure]":
-    """Draw local wear by the first law under which it was computed."""
+    """Draw local wear with the first law for which it was computed."""
     found = (archived_local_wear(steps.get(name)) for name in LOCAL_WEAR.values())
     return next((local_wear_figures(curves, run_id) for curves in found if curves is not None), {})

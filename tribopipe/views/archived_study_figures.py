@@ -1,4 +1,4 @@
-"""Figures of archived studies, drawn, and saved next to the archive."""
+"""Figures of archived studies, saved next to the archive."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -41,7 +41,7 @@ def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
 def save_study_figures(
     archive: Archive, study_id: str, into: Path | None = None, formats: Sequence[str] = ()
 ) -> list[Path]:
-    """Draw a study. Return the files, <into>/<study>-<what>; SVG and PNG unless ``formats`` are named.
+    """Draw a study. Return the files, <into>/<study>-<what>; SVG and PNG unless ``formats`` are specified.
 
     In these, figures are for print, with their captions as text. ``into`` is the archive's own figures/ unless named.
     Raises as ``study_figures`` does.
@@ -85,6 +85,6 @@ def _figures(stored: StoredStudy, runs: Sequence[Member], recipe: Recipe) -> "di
 
 
 def _recorded(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
-    """Return the corrected wear of the pins; a fit that finds drift with k_D has its own, which the study holds."""
+    """Return the corrected wear of the pins; a fit of drift together with k_D has its own, which the study contains."""
     curves = {run.id: (run.corrected.run.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
     return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}

@@ -1,4 +1,4 @@
-"""What reports of sliding wear tests customarily state, as under ASTM G99, and what of it a run does not state.
+"""Items customarily reported for sliding wear tests, as under ASTM G99, and those that are missing for a run.
 
 The list is tribopipe's own wording of what the practice for pin-on-disc tests asks a report to hold; for two discs it
 is the same where it applies. Each item that is missing comes with the key that would report it.
@@ -23,37 +23,37 @@ from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured
 from tribopipe.views.page import shown
 
 _BODIES = ("pin", "disc")
-"""Asked for where run.toml does not state the bodies."""
+"""Bodies to report if run.toml does not describe any."""
 _ASKED = {
     "material": "material",
     "form": "form and size",
     "surface_roughness": "surface roughness Ra",
     "vickers_hardness": "hardness",
 }
-"""Asked for of each body."""
+"""Items to report for each body."""
 _FORM_KEYS = {
     "pin": "radius",
     "disc": "diameter",
     "curved_disc": "crown_radius",
     "flat_disc": "rolling_radius",
 }
-"""Where the size of each body is written."""
+"""Keys of the size of each body."""
 _REPEAT = ("repeat the test, and list all its runs in", "of study.toml")
 _RADII = {"rolling_radius": "rolling radius", "crown_radius": "crown radius"}
 
 
 @dataclass(frozen=True)
 class ReportingItem:
-    """One thing that a report states."""
+    """One item of a report."""
 
     subject: str
-    """What it belongs to: "pin", "test", "result"…"""
+    """Subject of the item: "pin", "test", "result"…"""
     name: str
-    """What it is: "surface roughness"."""
+    """Name of the item, such as "surface roughness"."""
     value: str | None
-    """As people read it; none where it is missing."""
+    """Displayed value; None if it is missing."""
     key: str
-    """Where it is written, if it is missing."""
+    """Key in which to state it, if it is missing."""
     do: str = "add"
     """What to do with the key."""
     place: str = "to run.toml"
@@ -61,7 +61,7 @@ class ReportingItem:
 
 
 def reporting_items(archive: Archive, run_id: str, replicates: str | None = None) -> list[ReportingItem]:
-    """Return what a run states of each item, and ``replicates``, the number of like runs and their scatter in words.
+    """Return all items with the values of a run, and ``replicates``, the number of similar runs and their scatter.
 
     Raises ``ArchiveError`` where the run is not in the archive.
     """
@@ -150,7 +150,7 @@ def _volumes(manifest: RunManifest, worn: SpecificWear | None) -> Iterator[Repor
 
 
 def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
-    """Write a volume with how it was measured."""
+    """Format a volume with its method of measurement."""
     if worn is None or worn.volume is None:
         return None
     by = worn.volume_by or ""
@@ -179,7 +179,7 @@ def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:
 
 
 def _start(fit: FrictionFit | None) -> str | None:
-    """Write A + b with its uncertainty."""
+    """Format A + b with its uncertainty."""
     if fit is None or fit.steady_state is None:
         return None
     if fit.amplitude is None or fit.covariance is None:
@@ -197,7 +197,7 @@ def _circumstances(manifest: RunManifest) -> Iterator[ReportingItem]:
 
 
 def _mean(run: RawRun, name: SignalName) -> str | None:
-    """Write the mean of a recorded signal; none where nothing was recorded."""
+    """Format the mean of a recorded signal; None if nothing was recorded."""
     values = run.columns.get(name)
     if values is None or run.origins[name] != "measured" or not np.any(np.isfinite(values)):
         return None
@@ -206,6 +206,6 @@ def _mean(run: RawRun, name: SignalName) -> str | None:
 
 
 def _last(run: RawRun, name: SignalName) -> str | None:
-    """Write how far a signal got; none where it is unknown."""
+    """Format the final value of a signal; None if it is unknown."""
     values = run.columns[name]
     return show(float(np.nanmax(values)), None, "m") if np.any(np.isfinite(values)) else None

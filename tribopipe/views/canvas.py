@@ -1,4 +1,4 @@
-"""A figure that notebooks show without pyplot."""
+"""A figure that notebooks display without pyplot."""
 
 from io import BytesIO
 
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 
 class ShownFigure(Figure):
-    """A figure that draws itself as a picture where a notebook displays it."""
+    """A figure that a notebook displays as a picture."""
 
     def _repr_png_(self) -> bytes:
         picture = BytesIO()

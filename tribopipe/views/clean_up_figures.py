@@ -1,4 +1,4 @@
-"""What preprocessing did to a run: each signal that a step changed, as recorded and as preprocessed."""
+"""Figure of preprocessing: each signal that a step changed, as recorded and as preprocessed."""
 
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 _BLUE = PALETTE[0]
 _MOST_PANELS = 6
 _MOST_LETTERS, _MOST_LINES = 94, 2
-"""Of the words above a panel."""
+"""Largest number of letters per line, and of lines, of the text above a panel."""
 _GAP = 0.01
-"""Share of the samples that a stretch of missing ones has at least where a line is broken off."""
+"""Smallest share of the samples that a gap must have for the line to be interrupted."""
 _FAR_OFF = 20.0
-"""Times the largest cleaned value that a raw signal usually has at least where it is off the scale."""
+"""Ratio of the median raw value to the largest preprocessed value above which a raw signal is off the scale."""
 _USUAL = (1, 99)
 """Percentiles between which the raw signal is shown in any case."""
 _ROOM, _EDGE = 0.5, 0.05
-"""Shares of the scale: by which masked samples may widen it, and left free above and below."""
+"""Shares of the scale: by which masked samples may extend it, and margin above and below."""
 
 
 def changed_signals(raw: RawRun, cleaned: RawRun, record: CleanUp) -> list[SignalName]:
-    """Return the signals that a step changed, the axes last; not those that are merely derived from them again."""
+    """Return the signals that a step changed, the axes last, except those that are only recalculated from them."""
     touched = {change.signal for change in record.changes}
     changed = [name for name in SIGNALS if name in touched & raw.columns.keys() and _differs(name, raw, cleaned)]
     return sorted(changed, key=lambda name: name in AXES)
@@ -47,7 +47,7 @@ def _differs(name: SignalName, raw: RawRun, cleaned: RawRun) -> bool:
 
 @styled
 def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
-    """Draw each signal that preprocessing changed against time, raw and cleaned, with what was done to it."""
+    """Draw each signal changed by preprocessing over time, raw and preprocessed, with a description of the changes."""
     from tribopipe.views.canvas import ShownFigure
 
     changed = changed_signals(raw, cleaned, record)
@@ -68,7 +68,7 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
 
 
 def _draw_signal(ax: "Axes", name: str, panel: Panel) -> None:
-    """Draw a signal as recorded and as preprocessed; of one that was left out the former alone."""
+    """Draw a signal as recorded and as preprocessed; only as recorded if it was excluded."""
     time, unit = panel.curves[0].x, panel.unit
     shown = {curve.name: from_si(curve.y, unit.si, unit.shown) for curve in panel.curves}
     before, after = shown["as recorded"], shown.get("preprocessed", np.full_like(time, np.nan))
@@ -89,7 +89,7 @@ def _short(name: SignalName) -> str:
 
 
 def _broken(x: Column, y: Column) -> tuple[Column, Column]:
-    """Thin a line out, and break it off where a longer stretch of it is missing."""
+    """Thin out a line, and interrupt it at longer gaps."""
     thin_x, thin_y = thinned(x, y)
     missing = np.searchsorted(x[np.isfinite(x) & ~np.isfinite(y)], thin_x)
     gaps = np.flatnonzero(np.diff(missing) > _GAP * len(x)) + 1
@@ -97,13 +97,13 @@ def _broken(x: Column, y: Column) -> tuple[Column, Column]:
 
 
 def _is_far_off(before: Column, after: Column) -> bool:
-    """Return whether a raw signal is so large that the cleaned one would be a flat line next to it."""
+    """Return whether a raw signal is so large that the preprocessed one would look like a flat line next to it."""
     kept = before[np.isfinite(before) & np.isfinite(after)]
     return bool(len(kept)) and np.median(np.abs(kept)) > _FAR_OFF * np.nanmax(np.abs(after))
 
 
 def _scale(before: Column, after: Column) -> tuple[float, float]:
-    """Choose a scale on which the cleaned signal is seen, and of the raw one what does not flatten it."""
+    """Choose a scale that shows the preprocessed signal, and as much of the raw one as does not flatten it."""
     masked = ~np.isfinite(after)
     low, high = np.nanmin(after), np.nanmax(after)
     if not _is_far_off(before, after):
@@ -117,7 +117,7 @@ def _scale(before: Column, after: Column) -> tuple[float, float]:
 
 
 def _words(name: SignalName, record: CleanUp) -> str:
-    """Report what was done to a signal, in a line or two."""
+    """Return the changes to a signal in a line or two."""
     done = "; ".join(change.what for change in record.changes if change.signal == name)
     sentence = f"{name.replace('_', ' ')}: {done}"
     return "\n".join(wrap(sentence, _MOST_LETTERS, max_lines=_MOST_LINES, placeholder=" …"))

@@ -1,4 +1,4 @@
-"""Columns of an archived run as CSV: every number as the archive holds it, to the last digit, in its unit."""
+"""Columns of an archived run as CSV: all numbers in full precision, in the units of the archive."""
 
 import csv
 import io
@@ -18,30 +18,30 @@ from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.physics.laws import LAWS, law_title
 
 Columns = dict[str, NDArray[Any]]
-"""Columns of one length by their heads."""
+"""Columns of equal length by their headers."""
 _ROWS = 65_536
-"""Rows written at once."""
+"""Number of rows written at once."""
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""How a text begins that spreadsheets would compute rather than show."""
+"""First characters of texts that spreadsheets would treat as formulas."""
 
 
 class _Kind(NamedTuple):
-    """Something of a run that makes a table."""
+    """Data of a run that form a table."""
 
     meaning: str
     path: str
-    """Member of the entry that runs have which have this."""
+    """Member of the entry in runs that have this table."""
     read: Callable[[h5py.File], Columns]
 
 
 def csv_kinds(archive: Archive, run_id: str) -> list[str]:
-    """Return which of ``CSV_KINDS`` a run has. Raises ``ArchiveError`` where there is no such run."""
+    """Return those of ``CSV_KINDS`` that a run has. Raises ``ArchiveError`` if there is no such run."""
     with archive.open(run_id) as file:
         return [name for name, kind in _KINDS.items() if kind.path in file["entry"]]
 
 
 def csv_bytes(archive: Archive, run_id: str, what: str) -> bytes:
-    """Return one of ``CSV_KINDS`` of a run as RFC 4180 has it, in UTF-8.
+    """Return one of ``CSV_KINDS`` of a run as CSV (RFC 4180), in UTF-8.
 
     Heads are names and units, "depth [m]"; what is missing is an empty field. Raises ``ArchiveError`` where the run is
     not there, has no such thing, or keeps something in another file.
@@ -50,12 +50,12 @@ def csv_bytes(archive: Archive, run_id: str, what: str) -> bytes:
 
 
 def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
-    """Return the same as ``csv_bytes`` a part at a time; it raises before the first part."""
+    """Yield the same as ``csv_bytes`` in parts; errors are raised before the first part."""
     return csv_of(csv_columns(archive, run_id, what))
 
 
 def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
-    """Return one of ``CSV_KINDS`` of a run as columns of one length by their heads; it raises as ``csv_bytes`` does."""
+    """Return one of ``CSV_KINDS`` of a run as columns of equal length by header; raises as ``csv_bytes`` does."""
     there = csv_kinds(archive, run_id)
     if what not in there:
         raise lacking(run_id, what, there)
@@ -67,12 +67,12 @@ def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
 
 
 def lacking(run_id: str, what: str, there: Sequence[str]) -> ArchiveError:
-    """Return what is stated where a run has no such table, but others."""
+    """Return the error message for a table that a run does not have, which lists its tables."""
     return ArchiveError(f"{run_id}: found no table {what!r}; expected one of: {', '.join(there)}")
 
 
 def csv_of(columns: Columns) -> Iterator[bytes]:
-    """Give columns by their heads as a CSV file, a part at a time."""
+    """Yield columns by their headers as a CSV file, in parts."""
     yield csv_lines([list(columns)])
     arrays = list(columns.values())
     numeric = all(values.dtype.kind in "fiu" for values in arrays)
@@ -82,7 +82,7 @@ def csv_of(columns: Columns) -> Iterator[bytes]:
 
 
 def _numbers(block: NDArray[np.float64]) -> bytes:
-    """Write rows of numbers in the fewest digits that distinguish each from all others.
+    """Format rows of numbers with the fewest digits that distinguish each from all others.
 
     By JSON's writer, which is forty times faster than Python's own.
     """
@@ -93,14 +93,14 @@ def _numbers(block: NDArray[np.float64]) -> bytes:
 
 
 def csv_lines(rows: Any) -> bytes:
-    """Write rows of texts and numbers, one that is not known as an empty field."""
+    """Format rows of texts and numbers, with an empty field for an unknown number."""
     written = io.StringIO(newline="")
     csv.writer(written).writerows([csv_field(value) for value in row] for row in rows)
     return written.getvalue().encode("utf-8", "backslashreplace")
 
 
 def csv_field(value: Any) -> str:
-    """Return a field; a text that a spreadsheet would take for a formula is quoted as spreadsheets do."""
+    """Return a field; a text that a spreadsheet would treat as a formula is quoted as spreadsheets do."""
     if not isinstance(value, str):
         return "" if np.isnan(value) else repr(float(value))
     return f"'{value}" if value.startswith(_FORMULA) and not _is_number(value) else value
@@ -137,7 +137,7 @@ def _extra_head(column: h5py.Dataset) -> str:
 
 
 def _unused(head: str, columns: Mapping[str, object]) -> str:
-    """Return a head that no column has yet."""
+    """Return a header that no column has yet."""
     number, found = 2, head
     while found in columns:
         found, number = f"{head} ({number})", number + 1
@@ -145,7 +145,7 @@ def _unused(head: str, columns: Mapping[str, object]) -> str:
 
 
 def _friction(file: h5py.File) -> Columns:
-    """Return friction as preprocessed with the fit."""
+    """Return preprocessed friction with the fit."""
     run, fit = read_cleaned(file), file["entry/friction_fit/data"]
     names: list[SignalName] = ["time", "rotations", "sliding_distance", "friction_coefficient"]
     columns = {head_of(name, SIGNALS[name].unit): run.columns[name] for name in names if name in run.columns}
@@ -153,7 +153,7 @@ def _friction(file: h5py.File) -> Columns:
 
 
 def _over_samples(path: str) -> Callable[[h5py.File], Columns]:
-    """Return how to read what stands against the samples of a run: time first, then its axis, then the curves."""
+    """Return a function that reads data along the samples of a run: first time, then the axis, then the curves."""
 
     def read(file: h5py.File) -> Columns:
         entry = file["entry"]
@@ -179,7 +179,7 @@ def _column(group: h5py.Group, name: str) -> tuple[str, NDArray[Any]]:
 
 
 def head_of(name: str, unit: str) -> str:
-    """Return the head of a column: "depth [m]"."""
+    """Return the header of a column: "depth [m]"."""
     return f"{name} [{unit}]"
 
 
@@ -203,4 +203,4 @@ _KINDS: dict[str, _Kind] = {
     },
 }
 CSV_KINDS: dict[str, str] = {name: kind.meaning for name, kind in _KINDS.items()}
-"""Tables that a run may have, and what each holds."""
+"""Tables that a run may have, with their content."""

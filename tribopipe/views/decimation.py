@@ -1,4 +1,4 @@
-"""Fewer points for a line of many samples that look the same, for figures and browser windows; never for data."""
+"""Lines with fewer points that look the same, for figures and browser windows; never for data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,11 +12,11 @@ from tribopipe.base.arrays import Column
 Places = NDArray[np.intp]
 """Numbers of samples."""
 _COLUMNS = 750
-"""About as many as a figure has pixels side by side."""
+"""About the number of pixels across a figure."""
 
 
 def thinned(x: Column, y: Column) -> tuple[Column, Column]:
-    """Keep the lowest and the highest sample of each column of pixels, so that a line looks the same.
+    """Keep the lowest and the highest sample in each column of pixels, so that a line looks the same.
 
     Samples missing in either are left out. Where x goes back, columns are made of equally many samples.
     """
@@ -29,7 +29,7 @@ def thinned(x: Column, y: Column) -> tuple[Column, Column]:
 
 
 def first_of_columns(x: Column, columns: int) -> Places:
-    """Return the first sample of each column of pixels that has any; x is finite and not empty."""
+    """Return the first sample in each column of pixels that has any; x is finite and not empty."""
     if not (grows(x) and x[-1] > x[0]):
         return np.unique(np.linspace(0, len(x), columns, endpoint=False).astype(np.intp))
     edges = np.linspace(x[0], x[-1], columns, endpoint=False)
@@ -37,12 +37,12 @@ def first_of_columns(x: Column, columns: int) -> Places:
 
 
 def grows(x: Column) -> bool:
-    """Return whether values never go back; missing ones do."""
+    """Return whether values never decrease; False if any is missing."""
     return bool(np.all(x[1:] >= x[:-1]))
 
 
 def extremes(y: Column, starts: Places) -> Places:
-    """Return, in order, the first and last sample, and the lowest and highest of each column that begins at ``starts``.
+    """Return, in order, the first and last sample, and the lowest and highest of each column starting at ``starts``.
 
     A column in which every sample is missing is represented by its first.
     """
@@ -59,15 +59,15 @@ def extremes(y: Column, starts: Places) -> Places:
 
 @dataclass(frozen=True)
 class Window:
-    """What of an axis is looked at, in its shown unit; all of it where no end is named."""
+    """The visible range of an axis, in its displayed unit; all of it if no end is specified."""
 
     start: float | None
     end: float | None
     width: int
-    """Pixels side by side."""
+    """Number of pixels across."""
 
     def span(self, axes: Sequence[Column]) -> tuple[float, float]:
-        """Return its ends, those of the axes where none is named; 0 and 1 where nothing is known of any."""
+        """Return its ends, by default those of the axes; 0 and 1 if these have no values."""
         known = [axis[np.isfinite(axis)] for axis in axes]
         ends = [end for axis in known if axis.size for end in (float(np.min(axis)), float(np.max(axis)))]
         low, high = (min(ends), max(ends)) if ends else (0.0, 1.0)
@@ -75,7 +75,7 @@ class Window:
 
 
 class Points(NamedTuple):
-    """What is left of a curve; NaN where nothing was recorded."""
+    """The reduced curve; NaN where nothing was recorded."""
 
     x: Column
     y: Column
@@ -85,17 +85,17 @@ class Points(NamedTuple):
 
 @dataclass(frozen=True)
 class Shown:
-    """The samples of an axis that a window shows, and one on either side, by which lines leave it."""
+    """The samples of an axis in a window, and one on each side, so that lines extend beyond it."""
 
     places: slice | Places
     x: Column
     hidden: NDArray[np.bool_] | None
-    """Samples beyond the window among them, where the axis goes back."""
+    """Samples among them outside the window, if the axis decreases in places."""
     starts: Places | None
-    """First sample of each column of pixels; none where there is room for every sample."""
+    """First sample in each column of pixels; None if there is room for every sample."""
 
     def thinned(self, y: Column, lower: Column | None = None, upper: Column | None = None) -> Points:
-        """Return the extremes of a curve in each column of pixels, and those of its band."""
+        """Return the extremes of a curve and of its band in each column of pixels."""
         y = y[self.places]
         low, high = (None if line is None else line[self.places] for line in (lower, upper))
         if self.hidden is not None:
@@ -110,7 +110,7 @@ class Shown:
 
 
 def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
-    """Return the part of an axis between two of its values, for so many columns of pixels.
+    """Return the part of an axis between two of its values, for a number of columns of pixels.
 
     Samples of which x is missing are left out. Where x goes back, columns are made of equally many samples.
     """
@@ -132,6 +132,6 @@ def shown(x: Column, span: tuple[float, float], width: int) -> Shown:
 
 
 def _starts(seen: Column, before: int, after: int, width: int) -> Places:
-    """Return the first sample of each column; those with the window have their own, lest one of them stand for it."""
+    """Return the first sample of each column; samples outside the window have their own columns."""
     inside = first_of_columns(seen[before : len(seen) - after], width) + before
     return np.concatenate([np.arange(before), inside, np.arange(len(seen) - after, len(seen))])

@@ -1,4 +1,4 @@
-"""Figures brought up to date after a batch, those too that an earlier one was interrupted before."""
+"""Updates of figures after a batch, including those that an earlier, interrupted batch did not draw."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -13,11 +13,11 @@ from tribopipe.views.archived_study_figures import save_study_figures, study_is_
 
 _Call = Callable[..., object]
 Step = tuple[str, Callable[[], Outcome]]
-"""A run or study by its id, and how its figures are brought up to date."""
+"""A run or study by its id, and the function that updates its figures."""
 
 
 def figure_steps(archive: Archive, outcomes: Sequence[Outcome], formats: Sequence[str] = ()) -> list[Step]:
-    """Return what is to be drawn after these steps: each run and study by its id, and how its outcome is reached.
+    """Return what to draw after these steps: each run and study by its id, and the function that draws it.
 
     ``formats`` are those for print; none for figures of the screen.
     """
@@ -32,7 +32,7 @@ def figure_steps(archive: Archive, outcomes: Sequence[Outcome], formats: Sequenc
 
 
 def drawn(steps: Sequence[Step], crew: Crew = ALONE) -> Iterator[Outcome]:
-    """Take such steps; yield what became of the figures of each run and study. One that fails stops no other."""
+    """Draw the figures; yield the outcome for each run and study. One that fails does not stop the others."""
     for (place, (name, _)), answer in as_done(_taken, enumerate(steps), crew):
         outcome = Outcome.failed(name, "figures", answer) if isinstance(answer, TribopipeError) else answer
         yield replace(outcome, place=place)
@@ -44,7 +44,7 @@ def _taken(placed: tuple[int, Step]) -> Outcome:
 
 
 def _changed(outcomes: Sequence[Outcome]) -> list[tuple[str, bool]]:
-    """Return each id with whether any of its steps was done just now."""
+    """Return each id with whether any of its steps was performed in this batch."""
     done = {outcome.run_id for outcome in outcomes if outcome.status == "done"}
     return [(name, name in done) for name in dict.fromkeys(outcome.run_id for outcome in outcomes)]
 

@@ -1,4 +1,4 @@
-"""Tables, figures and notebook pages of what Python holds: runs, fits, archived runs and archives."""
+"""Tables, figures and notebook displays of objects in Python: runs, fits, archived runs and archives."""
 
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Columns = Mapping[str, UnitColumn]
 _MOST_ROWS = 20
-"""Of a table on a notebook's page, which shall have 30 lines at most."""
+"""Rows of a table in a notebook display, which has at most 30 lines."""
 
 
 def frame(columns: Columns) -> "DataFrame":
@@ -58,7 +58,7 @@ def column(name: str, values: UnitColumn) -> "Series[float]":
 
 
 def dataset(columns: Columns) -> Any:
-    """Return columns as an xarray Dataset. Raises ``NotInstalledError`` where xarray is not installed."""
+    """Return columns as an xarray Dataset. Raises ``NotInstalledError`` if xarray is not installed."""
     variables = {name: ("sample", one.values, {"units": one.unit}) for name, one in columns.items()}
     return _xarray().Dataset(variables)
 
@@ -73,7 +73,7 @@ def datatree(run: ArchivedRun) -> Any:
 
 
 def _by_name(columns: Mapping[str, Any]) -> dict[str, UnitColumn]:
-    """Return columns by their names, which the heads of CSV files join with the unit: "depth [m]"."""
+    """Return columns by their names, without the units in the headers of CSV files: "depth [m]"."""
     parted = {head: head.removesuffix("]").rpartition(" [") for head in columns}
     return {name or head: UnitColumn(columns[head], unit if name else "") for head, (name, _, unit) in parted.items()}
 
@@ -89,7 +89,7 @@ def _xarray() -> Any:
 
 
 def write_csv(columns: Columns, path: str | PathLike[str], *, force: bool) -> None:
-    """Write columns as a CSV file. Raises ``OutputError`` where something is there already, unless forced."""
+    """Write columns as a CSV file. Raises ``OutputError`` if the file exists, unless forced."""
     target = Path(path)
     require_free([target], force=force)
     with replacing(target) as part, part.open("wb") as file:
@@ -118,7 +118,7 @@ def runs_table(archive: Path, where: str, sort: str, columns: str | None) -> "Da
 
 
 def fit_frame(fit: WearFit) -> "DataFrame":
-    """Return a law along its run, measured and fitted. Raises ``FitError`` where the run is not known."""
+    """Return measured and fitted wear along a run. Raises ``FitError`` if the run is unknown."""
     run, curves = _fitted_run(fit), _curves(fit)
     progress = run.run.manifest.progress
     columns = {progress.signal: run.run.unit_columns()[progress.signal]}
@@ -166,7 +166,7 @@ def _curves(fit: WearFit) -> WearCurves:
 
 @singledispatch
 def plot(thing: object) -> "Figure":
-    """Draw what reports draw of it."""
+    """Draw the figure used in reports."""
     raise TypeError(f"found {type(thing).__name__}, for which there is no figure; expected a run or a fit")
 
 
@@ -198,7 +198,7 @@ def _(run: ArchivedRun) -> "Figure":
 
 
 def page(thing: Any) -> str:
-    """Return the page of a notebook: a title, a table of at most 20 rows, and the figure where there is one."""
+    """Return a notebook display: a title, a table of at most 20 rows, and the figure if there is one."""
     title, heads, rows = _summary(thing)
     left = len(rows) - _MOST_ROWS
     lines = [f"<p><b>{escape(title)}</b></p>", "<table>", _row("th", heads)]
@@ -225,7 +225,7 @@ def _picture(thing: Any) -> list[str]:
 
 @singledispatch
 def _summary(thing: Any) -> tuple[str, Sequence[str], list[Sequence[str]]]:
-    """Return the title of a page, and its table: of whatever has columns, these."""
+    """Return the title and the table of a display; for objects with columns, the columns."""
     columns = thing.unit_columns()
     rows: list[Sequence[str]] = [
         (name, one.unit, *(f"{number:.4g}" for number in _extent(one.values))) for name, one in columns.items()

@@ -1,4 +1,4 @@
-"""Sizes of a journal's columns, and panels in a grid."""
+"""Column widths of journals, and grids of panels."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 ONE_COLUMN, TWO_COLUMNS = 3.5, 7.2
 """Widths of a journal's columns, inches."""
 _MOST_COLUMNS = 4
-"""Panels side by side."""
+"""Largest number of panels side by side."""
 _LETTER, _MARGIN = 0.068, 0.25
-"""Inches of a letter in a panel's title, and of what stands next to a panel."""
+"""Width of a letter in a panel's title, and of the space next to a panel, inches."""
 _SMALL: Any = {
     **STYLE,
     "font.size": 8,
@@ -35,12 +35,12 @@ _SMALL: Any = {
 
 
 def in_columns(plot: "Callable[P, Figure]") -> "Callable[P, Figure]":
-    """Draw in the sizes of a journal's column."""
+    """Draw at the font sizes of a journal's column."""
     return styled(plot, _SMALL)
 
 
 def rows_and_columns(count: int, titles: Sequence[str] = ()) -> tuple[int, int]:
-    """Lay out so many panels, at most four side by side, or as many as there is room for their titles."""
+    """Lay out panels, at most four side by side, or as many as their titles leave room for."""
     letters = max((len(line) for title in titles for line in title.splitlines()), default=0)
     beside = max(1, min(_MOST_COLUMNS, int(TWO_COLUMNS / (_LETTER * letters + _MARGIN))))
     rows = math.ceil(count / beside)
@@ -48,7 +48,7 @@ def rows_and_columns(count: int, titles: Sequence[str] = ()) -> tuple[int, int]:
 
 
 def grid(count: int, key_lines: int, titles: Sequence[str] = ()) -> "tuple[Figure, list[Axes]]":
-    """Lay out panels with common axes above a legend of so many lines."""
+    """Lay out panels with common axes above a legend with a number of lines."""
     from tribopipe.views.canvas import ShownFigure
 
     rows, columns = rows_and_columns(count, titles)
@@ -73,6 +73,6 @@ def label_outer(axes: "Sequence[Axes]", x: str, y: str) -> None:
 
 
 def letter(ax: "Axes", number: int, words: str, count: int) -> None:
-    """Name a panel, with its letter where there are several."""
+    """Write the title of a panel, with its letter if there are several."""
     named = f"({ascii_lowercase[number % 26]}) " if count > 1 else ""
     ax.set_title(f"{named}{words}", loc="left")

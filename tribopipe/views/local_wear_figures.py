@@ -1,4 +1,4 @@
-"""Figures of local wear: its course with the Global Incremental Wear Model, and the pressure as the surface wears.
+"""Figures of local wear: its course, compared with the Global Incremental Wear Model, and the evolving pressure.
 
 The course has four panels as the paper's Figure 9, discs have maps of pressure as its Figure 8, and a pin its profile.
 """
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 _MOST_SNAPSHOTS = 5
 _MAP_WIDTH = 4.9
-"""Of a map of pressure, inches."""
+"""Width of a pressure map, inches."""
 _CHANGED = 0.05
-"""Share by which the pressure in the middle has changed where a state is worth a picture with the unworn one."""
+"""Relative change of the central pressure above which a state is drawn in addition to the unworn one."""
 _BODY = "#E3E3E3"
 _SEEN = 1.3
-"""Share of the contact's half width that is drawn to either side."""
+"""Half range of the drawing, relative to the half width of the contact."""
 
 
 def local_wear_figures(curves: LocalCurves, run_id: str) -> "dict[str, Figure]":
-    """Draw local wear by the names that its figures are saved under."""
+    """Draw local wear. Return the figures by the names under which they are saved."""
     pressure = plot_pressure_maps if curves.discs else plot_pin_profiles
     return {"local-wear": plot_local_wear(curves, run_id), "local-pressure": pressure(curves, run_id)}
 
@@ -50,7 +50,7 @@ def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suff
 
 @styled
 def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
-    """Draw wear depth, pressure and the size of the contact along a run, local and by the GIWM (paper, Fig. 9).
+    """Draw wear depth, pressure and contact size along a run, local and from the GIWM (paper, Fig. 9).
 
     Of a round contact the difference of the depths stands next to its radius, on logarithmic axes: it is large at the
     start alone.
@@ -106,7 +106,7 @@ def plot_pin_profiles(curves: LocalCurves, run_id: str) -> "Figure":
 
 
 def _draw_tip(ax: "Axes", x: Column, gap: Column, worn: Column) -> None:
-    """Draw the tip as it was and as it is left, upwards out of the disc."""
+    """Draw the unworn and the worn tip, with height above the disc."""
     before, after = (np.where(np.isfinite(gap), from_si(height, "m", "um"), np.nan) for height in (gap, gap + worn))
     top = 1.05 * float(np.nanmax(after)) or 1.0
     ax.fill_between(x, after, top, color=_BODY, lw=0)
@@ -116,7 +116,7 @@ def _draw_tip(ax: "Axes", x: Column, gap: Column, worn: Column) -> None:
 
 
 def _both_sides(places: Column) -> "tuple[Column, NDArray[np.intp]]":
-    """Return positions from one side of a contact to the other, m, and which of the places each one is."""
+    """Return positions from one side of a contact to the other, m, and the index of the radius of each."""
     count = np.arange(places.size)
     if places[0] < 0:
         return places, count
@@ -131,7 +131,7 @@ def _middle(curves: LocalCurves, field: Column) -> Column:
 
 @styled
 def plot_pressure_maps(curves: LocalCurves, run_id: str) -> "Figure":
-    """Draw the pressure between two discs after several rotations, all on one scale of length."""
+    """Draw the pressure between two discs after several rotations, all on the same length scale."""
     from tribopipe.views.canvas import ShownFigure
 
     places = _snapshots(curves)
@@ -159,7 +159,7 @@ def plot_pressure_maps(curves: LocalCurves, run_id: str) -> "Figure":
 
 
 def _snapshots(curves: LocalCurves) -> list[int]:
-    """Return the unworn state, and up to four of the wanted places by which the pressure has changed."""
+    """Return the unworn state, and up to four of the requested positions at which the pressure has changed."""
     wanted = np.unique(np.searchsorted(curves.along, [_place_of(point) for point in curves.result.points]))
     change = np.abs(curves.middle_pressure[wanted] / curves.middle_pressure[0] - 1)
     changed = wanted[(change > _CHANGED) | (wanted == wanted[-1])]
@@ -168,7 +168,7 @@ def _snapshots(curves: LocalCurves) -> list[int]:
 
 
 def _place_of(point: LocalPinPoint | LocalDiscPoint) -> float:
-    """Return the sliding distance of a point, m, or its rotations."""
+    """Return the sliding distance, m, or the rotations at a point."""
     place = point.sliding_distance if isinstance(point, LocalPinPoint) else point.rotations
     return place.value
 

@@ -1,4 +1,4 @@
-r"""How the numbers of a report were found: the methods that its runs have been through, with their equations.
+r"""Methods section of a report: the methods applied to its runs, with their equations.
 
 Equations are in the notation of tribopipe.views.html.rendering; those of the paper keep its numbers.
 """
@@ -50,7 +50,7 @@ ISO_13528 = "ISO 13528, Statistical methods for use in proficiency testing by in
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation, with its number in the paper where it has one."""
+    """One equation, with its number in the paper if it has one."""
 
     source: str
     number: str = ""
@@ -64,17 +64,17 @@ class Method:
     text: str
     equations: tuple[Equation, ...] = ()
     after: str = ""
-    """What the signs mean, below the equations."""
+    """Text below the equations, which explains the symbols."""
     references: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What a report is about, by which its methods are known."""
+    """Content of a report, which determines its methods."""
 
     manifests: Sequence[RunManifest]
     results: Sequence[Record]
-    """Of every step of every run."""
+    """Results of all steps of all runs."""
     study: StudyResult | None = None
 
     def any(self, kind: type[Record], holds: Callable[[object], object] = lambda _: True) -> bool:
@@ -83,7 +83,7 @@ class Evidence:
 
     @cached_property
     def wear(self) -> list[WearFit | WearPrediction]:
-        """Fits that found k_D, and predictions."""
+        """Fits with a k_D, and predictions."""
         return [
             result
             for result in self.results
@@ -92,27 +92,27 @@ class Evidence:
 
     @property
     def fits(self) -> list[WearFit]:
-        """Fits that found k_D."""
+        """Fits with a k_D."""
         return [result for result in self.wear if isinstance(result, WearFit)]
 
     @cached_property
     def computed(self) -> list[WearFit | WearPrediction | LawResult]:
-        """All by which wear was computed."""
+        """All results that include computed wear."""
         return [*self.wear, *(() if self.study is None else self.study.laws)]
 
     @property
     def pins(self) -> list[WearFit | WearPrediction | LawResult]:
-        """All by which wear of a pin was computed."""
+        """All results that include computed wear of a pin."""
         return [one for one in self.computed if one.distance_per_rotation is None]
 
     @property
     def discs(self) -> list[WearFit | WearPrediction | LawResult]:
-        """All by which wear of two discs was computed."""
+        """All results that include computed wear of two discs."""
         return [one for one in self.computed if one.distance_per_rotation is not None]
 
     @property
     def contacts(self) -> list[Contact]:
-        """Contacts of the runs that describe one."""
+        """Contacts of the runs, if described."""
         return [one.contact for one in self.manifests if one.contact is not None]
 
     @cached_property
@@ -122,7 +122,7 @@ class Evidence:
 
     @property
     def rounded(self) -> bool:
-        """Whether some pin is wider the further it is worn."""
+        """Whether the contact of any pin widens with wear."""
         return any(one.pin is not None and one.pin.widens for one in self.manifests)
 
     @cached_property
@@ -132,19 +132,19 @@ class Evidence:
 
     @cached_property
     def corrections(self) -> set[Correction]:
-        """Whether k_D of pins was found after drift, or with it."""
+        """Whether k_D of pins was identified after drift correction or together with it."""
         of_study = {self.study.correction} if self.study is not None else set()
         return {one for one in {fit.correction for fit in self.fits} | of_study if one is not None}
 
 
 def methods_used(evidence: Evidence) -> list[Method]:
-    """Return the methods that the runs have been through, in the order of the work."""
+    """Return the methods applied to the runs, in the order of processing."""
     others = [_of_law(law) for name, law in LAWS.items() if name not in _WRITTEN and _wears_by(name)(evidence)]
     return [*(method for used, method in _METHODS if used(evidence)), *others]
 
 
 def references_of(methods: Iterable[Method]) -> list[str]:
-    """Return what the methods refer to, each once."""
+    """Return the references of the methods, each once."""
     return list(dict.fromkeys(reference for method in methods for reference in method.references))
 
 
@@ -155,7 +155,8 @@ _CLEAN_UP = Method(
 )
 _DRIFT = Method(
     "Drift of the depth sensor",
-    "The sensor reads the wear of both bodies, an offset, and a drift that is assumed to be linear in time. The "
+    "The sensor reading is the sum of the wear of both bodies, an offset, and a drift that is assumed to be linear in "
+    "time. The "
     "corrected wear ends at the post-test measurement:",
     (
         Equation(r"w ( t ) = g ( d ( t ) − z ) − ρ ( t − t_0 )"),
@@ -194,7 +195,7 @@ _FRICTION = Method(
     (PAPER,),
 )
 _STEADY = Method(
-    "Steady friction",
+    "Steady-state friction",
     "If the data do not distinguish an exponential from a constant or a straight line, by the Bayesian information "
     "criterion with the number of independent samples, only the steady-state value is reported.",
     references=(SCHWARZ,),
@@ -266,7 +267,7 @@ _FLAT = Method(
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
 _BY_VOLUME = Method(
-    "Volume of a pin on a disc that wears",
+    "Wear volume of a pin if the disc also wears",
     "If the disc has worn as well, the wear volume of the pin follows from its shape, without elastic displacement. "
     "The scar widens with the depth of the groove, h_d, relative to the wear depth of the pin, h_p:",
     (
@@ -276,7 +277,7 @@ _BY_VOLUME = Method(
     "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
 _BLOCK = Method(
-    "Volume of a block on a ring",
+    "Wear volume of a block on a ring",
     "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
     "the sliding direction,",
     (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
@@ -284,7 +285,7 @@ _BLOCK = Method(
     (G77,),
 )
 _FOUR_BALLS = Method(
-    "Contacts of four balls",
+    "Contacts in a four-ball test",
     "The centers of the balls, of radius R, are the corners of a regular tetrahedron. Under a load F along the axis, "
     "each contact carries F_n, lies R_t from the axis, and is that of a ball of radius R/2 on a flat:",
     (
@@ -353,7 +354,7 @@ _CONVENTIONS: dict[DistanceConvention, Method] = {
     ),
     "line-load": Method(
         "Sliding distance per rotation: line load",
-        "A point is assumed to slide over the length of the contact in each rotation, with κ = 1, for which the "
+        "A point is assumed to slide over the length of the contact in each rotation, with κ = 1, so that the "
         "pressure carries the whole load:",
         (Equation(r"\frac{d h}{d N} = k_D F_{N l}"),),
     ),
@@ -428,7 +429,7 @@ def _between_runs(evidence: Evidence) -> bool:
 
 
 def _of_law(law: WearLaw) -> Method:
-    """Return what a law of another package states about itself."""
+    """Return the method for a law from another package."""
     title = law.title[:1].upper() + law.title[1:]
     meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
     return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))
@@ -472,7 +473,7 @@ def _by_lost_volume(told: Evidence) -> bool:
 
 
 _WRITTEN = ("archard", "sarkar")
-"""Laws whose methods are written here."""
+"""Laws whose methods are described here."""
 _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (lambda told: told.any(CleanUp, lambda one: getattr(one, "changes", ())), _CLEAN_UP),
     (_drift_was_corrected("two-step"), _DRIFT),

@@ -1,4 +1,4 @@
-"""A run or a study on one page, as text in order for terminal, web and report, and facts with their units.
+"""A run or a study on one page: ordered texts, facts and tables for terminal, web and report.
 
 Whoever shows a page escapes its texts for its output: they hold whatever a lab wrote.
 """
@@ -17,7 +17,7 @@ from tribopipe.results.finding import Finding
 
 @dataclass(frozen=True)
 class Fact:
-    """One thing known, as people read it: "normal load", "200.0 ± 2.0 mN"."""
+    """One displayed property: "normal load", "200.0 ± 2.0 mN"."""
 
     name: str
     value: str
@@ -25,7 +25,7 @@ class Fact:
 
 @dataclass(frozen=True)
 class FactGroup:
-    """Things known that belong together, such as those of the pin."""
+    """Properties that belong together, such as those of the pin."""
 
     title: str
     facts: tuple[Fact, ...]
@@ -39,10 +39,10 @@ class TextTable:
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     spare: tuple[str, ...] = ()
-    """Columns that a narrow terminal leaves out."""
+    """Columns that are omitted on a narrow terminal."""
 
     def without_spare(self) -> "TextTable":
-        """Return the table without the columns that may be left out."""
+        """Return the table without the columns that may be omitted."""
         kept = [place for place, name in enumerate(self.columns) if name not in self.spare]
         columns, *rows = (tuple(row[place] for place in kept) for row in (self.columns, *self.rows))
         return TextTable(self.title, columns, tuple(rows))
@@ -50,36 +50,36 @@ class TextTable:
 
 @dataclass(frozen=True)
 class StagePage:
-    """One step that a run has been through."""
+    """One completed step of a run."""
 
     name: str
-    """As the archive calls it: "drift_correction"."""
+    """Name in the archive: "drift_correction"."""
     title: str
-    """As people call it: "Drift correction"."""
+    """Displayed name: "Drift correction"."""
     sentence: str
-    """What it found."""
+    """Its result in one sentence."""
     facts: tuple[Fact, ...]
-    """The numbers it found, one by one."""
+    """Its results, one by one."""
     notes: tuple[str, ...]
-    """What to beware of."""
+    """Notes on the result."""
     tables: tuple[TextTable, ...]
-    """Budgets and the like."""
+    """Tables, such as uncertainty budgets."""
     path: str
-    """Where it stands in the run's HDF5 file."""
+    """Its path in the run's HDF5 file."""
     program_version: str
     date: str
     options: Mapping[str, object]
-    """What the step was given, as JSON types."""
+    """Options of the step, as JSON types."""
     inputs_sha256: str
     result_sha256: str
 
 
 @dataclass(frozen=True)
 class SourceEntry:
-    """A file as it came, without its bytes."""
+    """A source file, without its content."""
 
     number: int
-    """Its place in /entry/source_files."""
+    """Its index in /entry/source_files."""
     name: str
     size: int
     sha256: str
@@ -87,7 +87,7 @@ class SourceEntry:
 
 @dataclass(frozen=True)
 class Remark:
-    """A mark, tag or note that somebody gave to a run, or what was amended in its run.toml."""
+    """A mark, tag or note on a run, or an amendment of its run.toml."""
 
     kind: str
     """"bad", "good", "tag", "untag", "note" or "amended"."""
@@ -104,23 +104,23 @@ class RunPage:
     title: str
     tribometer: str | None
     bad: str | None
-    """Why it is marked bad; none where it is not."""
+    """Why it is marked bad; None if it is not."""
     tags: tuple[str, ...]
     remarks: tuple[Remark, ...]
     """All annotations, oldest first."""
     facts: tuple[FactGroup, ...]
-    """Test, bodies, post-test measurements, what was recorded."""
+    """Test, bodies, post-test measurements, recorded data."""
     findings: tuple[Finding, ...]
     stages: tuple[StagePage, ...]
     sources: tuple[SourceEntry, ...]
     raw_sha256: str
     studies: tuple[str, ...]
-    """Ids of the studies it is part of."""
+    """Ids of the studies that include it."""
 
 
 @dataclass(frozen=True)
 class AgreementLine:
-    """What a study states about one run under one law."""
+    """Result of a study for one run under one law."""
 
     run_id: str
     role: str
@@ -136,12 +136,12 @@ class LawPage:
 
     model: str
     heading: str
-    """The law alone, such as "Archard's law"."""
+    """The law without results, such as "Archard's law"."""
     title: str
     """The law and its k_D with interval."""
     tables: tuple[TextTable, ...]
     sentences: tuple[str, ...]
-    """Scatter between runs and the like."""
+    """Sentences on the law, such as between-run scatter."""
     agreement: tuple[AgreementLine, ...]
 
 
@@ -155,7 +155,7 @@ class StudyPage:
     predicted: tuple[str, ...]
     laws: tuple[LawPage, ...]
     sentences: tuple[str, ...]
-    """What is stated about the study as a whole: which law the shapes prefer, what was left out, notes."""
+    """Sentences on the whole study: comparison of the laws, excluded runs, notes."""
     program_version: str
     date: str
     inputs_sha256: str
@@ -175,11 +175,11 @@ _BY_SI = {
     "rad/s": "rpm",
     "m^2/N": WEAR_COEFFICIENT,
 }
-"""Units that quantities are read in, by their SI unit, unless their field has another."""
+"""Display units of quantities by SI unit, unless their field has another."""
 
 
 class _Field(NamedTuple):
-    """How a field is called, and the unit it is read in where that of its SI unit does not fit."""
+    """Displayed name of a field, and its display unit if that of its SI unit is not suitable."""
 
     label: str
     unit: str | None = None
@@ -217,11 +217,11 @@ _FIELDS = {
     "relative_humidity": _Field("relative humidity", "%"),
     "friction": _Field("stated friction coefficient"),
 }
-"""Fields with a name or a unit of their own, in the order in which people read them; others follow."""
+"""Fields with their own name or unit, in display order; others follow."""
 
 
 def record_facts(record: Record) -> tuple[Fact, ...]:
-    """Return what a part of run.toml states, in the order in which people read it."""
+    """Return the content of a part of run.toml, in display order."""
     names = sorted(type(record).model_fields, key=lambda name: _ORDER.get(name, len(_ORDER)))
     return facts(*((_label(name), _stated(name, getattr(record, name))) for name in names))
 
@@ -230,22 +230,22 @@ _ORDER = {name: place for place, name in enumerate(_FIELDS)}
 
 
 def facts(*told: tuple[str, str | None]) -> tuple[Fact, ...]:
-    """Return those facts of which something is known."""
+    """Return the facts that have a value."""
     return tuple(Fact(name, value) for name, value in told if value is not None)
 
 
 def shown(quantity: Quantity | None, unit: str | None = None) -> str | None:
-    """Write a quantity in a unit, or in the one it is usually read in; nothing of what is not known."""
+    """Format a quantity in a unit, by default its display unit; None if it is unknown."""
     return None if quantity is None else quantity.shown(unit or usual_unit(quantity))
 
 
 def usual_unit(quantity: Quantity) -> str:
-    """Name the unit in which people read a quantity of which only the SI unit is known."""
+    """Return the display unit of a quantity from its SI unit."""
     return force_unit(quantity.value) if quantity.unit == "N" else _BY_SI.get(quantity.unit, quantity.unit)
 
 
 def interval(ends: tuple[Quantity, Quantity | None] | None, unit: str) -> str | None:
-    """Write an interval with its unit once: "13 to 15 µm"; open above where it has no upper end."""
+    """Format an interval with its unit once, "13 to 15 µm"; open above if it has no upper end."""
     if ends is None:
         return None
     low, high = ends
@@ -255,30 +255,30 @@ def interval(ends: tuple[Quantity, Quantity | None] | None, unit: str) -> str | 
 
 
 def bare(quantity: Quantity | None, unit: str) -> str:
-    """Write a quantity whose unit stands elsewhere; a dash for what is not known."""
+    """Format a quantity whose unit is shown elsewhere; a dash if it is unknown."""
     return NOTHING if quantity is None else quantity.shown(unit).removesuffix(f" {pretty(unit)}")
 
 
 def duration(time: Quantity | None) -> str | None:
-    """Write how long something took, in the unit that reads best; nothing where that is not known."""
+    """Format a duration in a suitable unit; None if it is unknown."""
     if time is None:
         return None
     return time.shown("s" if time.value < 600 else "min" if time.value < 7200 else "h")
 
 
 def yes_or_no(answer: bool | None) -> str | None:
-    """Write an answer; nothing where there is none."""
+    """Format yes or no; None if there is no answer."""
     return None if answer is None else "yes" if answer else "no"
 
 
 def signed_share(share: float) -> str:
-    """Write a share with its sign, "+1.50 %"; a share that rounds to zero has no sign."""
+    """Format a share with its sign, "+1.50 %"; a share that rounds to zero has no sign."""
     written = f"{100 * share:+.2f} %"
     return "0.00 %" if written[1:] == "0.00 %" else written
 
 
 def listed(words: Iterable[str]) -> str | None:
-    """Write words in a row; nothing where there is none."""
+    """Join words; None if there are none."""
     return ", ".join(words) or None
 
 
@@ -301,7 +301,7 @@ def _stated(name: str, value: Any) -> str | None:
 
 
 def _measured(value: Quantity) -> Iterator[str]:
-    """Report how a post-test measurement was measured, and of which readings it is the mean."""
+    """Return how a post-test measurement was made, and the readings of which it is the mean."""
     if not isinstance(value, EndValue):
         return
     if value.method is not None:

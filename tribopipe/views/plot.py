@@ -1,4 +1,4 @@
-"""A plot as data: curves at all samples in SI, bands and measured values, with labels, units and powers of ten.
+"""A plot as data: curves at all samples in SI units, bands and measured values, with labels, units and powers of ten.
 
 Figures (``tribopipe.views.run_figures``) and the web client's drawings are both made of it.
 """
@@ -22,32 +22,32 @@ from tribopipe.results.study import Verdict
 
 
 def power_of(largest: float) -> int:
-    """Return the power of a thousand in which a number reads with one to three digits before the point."""
+    """Return the power of a thousand that leaves one to three digits before the decimal point."""
     return 3 * math.floor(math.log10(largest) / 3) if largest > 0 else 0
 
 
 def powered(power: int, unit: str = "1") -> str:
-    """Write a power of ten and a unit as people read them: 10⁻³ mm³."""
+    """Format a power of ten and a unit: 10⁻³ mm³."""
     return " ".join(part for part in (f"$10^{{{power}}}$" if power else "", pretty(unit)) if part)
 
 
 def powered_axis(label: str, power: int, unit: str = "1") -> str:
-    """Label an axis whose numbers leave out a power of ten: "volume / 10⁻³ mm³"."""
+    """Label an axis whose numbers omit a power of ten: "volume / 10⁻³ mm³"."""
     return f"{label} / {powered(power, unit)}" if powered(power, unit) else label
 
 
 def coefficient_power(coefficient: Quantity) -> int:
-    """Return the power of a thousand in which k_D reads as a number of one to three digits."""
+    """Return the power of a thousand that leaves one to three digits of k_D before the decimal point."""
     return power_of(float(scaled_coefficient(coefficient.value, 0)))
 
 
 def scaled_coefficient(values: Any, power: int) -> Any:
-    """Return k_D, or its uncertainty, m²/N, in the power of its usual unit that it is written with."""
+    """Return k_D, or its uncertainty, m²/N, in its display unit without the power of ten."""
     return from_si(values, "m^2/N", WEAR_COEFFICIENT) / 10.0**power
 
 
 def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
-    """Write k_D with its uncertainty: (13.5 ± 0.3)×10⁻⁹ mm³/(N·mm)."""
+    """Format k_D with its uncertainty: (13.5 ± 0.3)×10⁻⁹ mm³/(N·mm)."""
     power = coefficient_power(coefficient) if power is None else power
     spread = coefficient.standard_uncertainty
     number = Quantity(
@@ -59,24 +59,24 @@ def coefficient_words(coefficient: Quantity, power: int | None = None) -> str:
 
 
 def slid(run: RawRun) -> str:
-    """Label the axis of sliding distance, which for two discs is that of their slip."""
+    """Label the axis of sliding distance, which for two discs is the slip distance."""
     contact = run.manifest.contact
     return axis(f"{'sliding distance' if contact is None else contact.slid} s", "m")
 
 
 def turned(rotations: Column) -> tuple[Column, str]:
-    """Return rotations without a power of a thousand, and the label of an axis that has it."""
+    """Return rotations without a power of a thousand, and the axis label that includes this power."""
     power = power_of(float(np.nanmax(rotations)))
     return rotations / 10.0**power, powered_axis("rotations of the crowned disc", power)
 
 
 def course(run: RawRun) -> tuple[Column, str]:
-    """Return what wear is drawn against, and its label: sliding distance, or rotations of the crowned disc."""
+    """Return the horizontal axis for wear and its label: sliding distance, or rotations of the crowned disc."""
     return turned(run.progress) if run.manifest.progress.kind == "count" else slide(run)
 
 
 def slide(run: RawRun) -> tuple[Column, str]:
-    """Return what friction is drawn against, and its label: sliding distance, or time where nothing shows distance."""
+    """Return the horizontal axis for friction and its label: sliding distance, or time if distance is unknown."""
     known = run.origins["sliding_distance"] != "unknown"
     return (run.sliding_distance, slid(run)) if known else (run.columns["time"], axis("time", "s"))
 
@@ -86,7 +86,7 @@ Role = Literal["measured", "fit", "prediction", "drift", "wander", "residual"]
 
 @dataclass(frozen=True)
 class Unit:
-    """What numbers are in, and what they are shown in."""
+    """Unit of stored and of displayed numbers."""
 
     si: str
     shown: str
@@ -101,18 +101,18 @@ _AXES: dict[str, tuple[str, str]] = {
     "sample": ("sample", "1"),
     "friction": ("friction coefficient μ", "1"),
 }
-"""What plots are drawn against: in words, and the unit."""
+"""Names and units of horizontal axes."""
 
 
 def axis_label(name: str, power: int = 0) -> str:
-    """Return how a horizontal axis is labeled whose numbers leave out a power of ten."""
+    """Return the label of a horizontal axis whose numbers omit a power of ten."""
     words, unit = _AXES[name]
     return powered_axis(words, power, unit)
 
 
 @dataclass(frozen=True)
 class Curve:
-    """One line: a value in SI at each place of an axis, which is in the unit it is shown in."""
+    """One curve: a value in SI units at each position of an axis, which is in its display unit."""
 
     name: str
     role: Role
@@ -125,55 +125,55 @@ class Curve:
     upper: Column | None = None
     """95 % band."""
     path: str | None = None
-    """The dataset it was read from, if it is one as it stands, or the name of the signal that it is."""
+    """The dataset it was read from, if it is unchanged, or the name of its signal."""
     series: int | None = None
-    """Place among those that share a panel and differ by it, such as bodies or models; 0 for the usual one."""
+    """Index among the curves of a panel that differ in body or model; 0 for the default."""
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A measured value with its 95 % interval, in the units that are shown."""
+    """A measured value with its 95 % interval, in display units."""
 
     name: str
     run: str
     x: float
     y: float
     half_width: float
-    """Of the 95 % interval."""
+    """Ends of the 95 % interval."""
     value: str = ""
-    """As people read it, with its standard uncertainty: "33.16 ± 0.30 µm (± u)"."""
+    """Displayed text with standard uncertainty: "33.16 ± 0.30 µm (± u)"."""
     role: RunRole | None = None
-    """Of the run in a study."""
+    """Role of the run in a study."""
     outcome: Verdict | None = None
-    """Its agreement with the law that it is drawn with."""
+    """Its agreement with the law shown with it."""
     law: LawName | None = None
-    """The law that it is a residual of."""
+    """The law of which it is a residual."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves on one vertical axis."""
+    """Curves with a common vertical axis."""
 
     quantity: str
     unit: Unit
     curves: tuple[Curve, ...]
     marks: tuple[Mark, ...] = ()
     body: str = ""
-    """The body it is of, where each has a panel."""
+    """The body it shows, if each has a panel."""
     left_out: tuple[float, float] | None = None
-    """Between which places nothing was fitted although it was measured."""
+    """Positions between which measured values were not fitted."""
     limit: float | None = None
-    """Between this and its negative lie 95 % of residuals."""
+    """Limit that contains 95 % of the residuals on both sides of zero."""
 
     @property
     def label(self) -> str:
-        """What stands at the vertical axis where the panel has no heading."""
+        """Label of the vertical axis if the panel has no heading."""
         return axis(f"{self.body}, {self.quantity}" if self.body else self.quantity, self.unit.shown)
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Panels on one horizontal axis, from the top."""
+    """Panels with a common horizontal axis, from the top."""
 
     title: str
     words: str
@@ -184,7 +184,7 @@ class Plot:
 
 
 def mark(name: str, run: str, x: Column | float, value: Quantity | None, unit: Unit) -> tuple[Mark, ...]:
-    """Mark a measured quantity at a place, or at the end of a run; nothing where it was not measured."""
+    """Mark a measured quantity at a position, or at the end of a run; nothing if it was not measured."""
     known = np.atleast_1d(x)[np.isfinite(np.atleast_1d(x))]
     if value is None or not known.size:
         return ()
@@ -194,6 +194,6 @@ def mark(name: str, run: str, x: Column | float, value: Quantity | None, unit: U
 
 
 def signal_unit(name: SignalName, run: RunManifest) -> Unit:
-    """Return the unit in which a signal is shown; of forces that of the normal load."""
+    """Return the unit in which a signal is shown; for forces, that of the normal load."""
     kind = KINDS[SIGNALS[name].kind]
     return Unit(kind.si, force_unit(run.conditions.normal_load.value) if kind.si == "N" else kind.shown)

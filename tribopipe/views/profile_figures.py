@@ -1,4 +1,4 @@
-"""Figures of profiles across wear tracks and worn tips: what was taken for unworn, and what was lost and piled up."""
+"""Figures of profiles across wear tracks and worn tips: unworn surface, groove and pile-up."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 _BLUE = PALETTE[0]
 _UNITS = ("nm", "um", "mm")
 _MOST_FIGURES = 8
-"""Of the profiles of one run or file, which may be the scan lines of a map."""
+"""Largest number of figures for one run or file, which may be a map with many scan lines."""
 
 
 def drawn_of(names: Sequence[str]) -> list[str]:
-    """Choose which of many profiles are drawn: all of a few, else some evenly among them."""
+    """Choose the profiles to draw: all if they are few, otherwise a selection at equal steps."""
     count = len(names)
     return [names[round(place)] for place in np.linspace(0, count - 1, min(count, _MOST_FIGURES))]
 
@@ -36,7 +36,7 @@ def drawn_of(names: Sequence[str]) -> list[str]:
 def save_profile_figures(
     profiles: Mapping[str, Profile], found: Mapping[str, Track | Level], folder: Path, what: str
 ) -> dict[str, Path]:
-    """Draw profiles by their keys, of many some, and return the files written: <folder>/<what>-<key>.png."""
+    """Draw profiles by their keys, or a selection, and return the files written: <folder>/<what>-<key>.png."""
     written = {}
     for key in drawn_of(list(profiles)):
         name = re.sub(r"[^\w-]+", "-", key).strip("-")
@@ -46,7 +46,7 @@ def save_profile_figures(
 
 
 class _Drawn(NamedTuple):
-    """A profile in the units it is drawn in."""
+    """A profile in its display units."""
 
     x: Column
     z: Column
@@ -65,7 +65,7 @@ class _Drawn(NamedTuple):
 
 @styled
 def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure":
-    """Draw a profile as measured with what was taken for its unworn surface, and below it leveled.
+    """Draw a profile as measured with its unworn surface, and below it the leveled profile.
 
     In the leveled one the groove and what is piled up next to it are filled, and their areas, width and depth written.
     A profile without a track is only leveled, and the figure states why.
@@ -105,7 +105,7 @@ def _drawn(profile: Profile, found: Track | Level) -> _Drawn:
 
 
 def _unit(values: ArrayLike) -> str:
-    """Return the unit in which the largest of some lengths is a number of one to three digits."""
+    """Return the unit in which the largest of some lengths has one to three digits before the decimal point."""
     largest = float(np.max(np.abs(values)))
     return next((unit for unit in _UNITS if from_si(largest, "m", unit) < 1000), _UNITS[-1])
 
@@ -120,7 +120,7 @@ def _draw_raw(ax: "Axes", drawn: _Drawn, found: Track | Level) -> None:
 
 
 def _draw_track(ax: "Axes", drawn: _Drawn, track: Track) -> None:
-    """Fill groove and piled-up material, and mark width and depth."""
+    """Fill groove and pile-up, and mark width and depth."""
     surface = np.where(track.dust, np.nan, drawn.levelled)
     inside = _between(drawn, track.bounds)
     ax.fill_between(
@@ -165,7 +165,7 @@ def _mark(ax: "Axes", drawn: _Drawn, track: Track) -> None:
 
 
 def _beside(drawn: _Drawn, left: float, right: float) -> tuple[float, str] | None:
-    """Report where words with a groove stand, and by which of their ends, if they fit on one side of it."""
+    """Return the position and alignment of the text next to a groove, if it fits on one side."""
     needed = 0.26 * float(np.ptp(drawn.x))
     if drawn.x[-1] - right >= needed:
         return right, "left"

@@ -47,31 +47,31 @@ _OTHER_LAWS = ("#CC79A7", "#56B4E9", BLACK)
 
 
 class LawLook(NamedTuple):
-    """How the lines of a law are drawn."""
+    """Line styles of a law."""
 
     colour: str
     fitted: Any = (0, (7, 1.2, 1.2, 1.2, 1.2, 1.2))
-    """Dashes of what was fitted."""
+    """Dashes of fitted curves."""
     predicted: Any = (0, (2.2, 1.2, 1.2, 1.2))
-    """Dashes of what was predicted."""
+    """Dashes of predicted curves."""
 
 
 _LOOKS: dict[LawName, LawLook] = {"archard": LawLook(_BLUE, "-", "-."), "sarkar": LawLook(ORANGE, "--", ":")}
 
 
 def law_look(law: LawName) -> LawLook:
-    """Return how a law is drawn: those of other packages in colors that are left, in their order."""
+    """Return the line styles of a law; laws from other packages have the remaining colors, in their order."""
     others = [name for name in LAWS if name not in _LOOKS]
     place = others.index(law) if law in others else len(others)
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])
 
 
 _ON_BASIS = ("reading_contradicts_measurement", "no_post_test_measurement")
-"""Codes of findings by which a fitted curve is not what the reading or a measurement would have one expect."""
+"""Codes of findings that explain why a fitted curve does not follow the depth signal or a measurement."""
 _PRINT_DPI = 600.0
-"""Of PNG as journals take line art."""
+"""Resolution of PNG files for print, as journals require for line art."""
 MOST_LETTERS = 84
-"""That fit above a figure in one line."""
+"""Number of letters that fit above a figure on one line."""
 FORMULA = 8.6
 """Size of texts with subscripts, pt: these have seven tenths of it, and at least 6 pt."""
 STYLE: Any = {
@@ -94,7 +94,7 @@ P = ParamSpec("P")
 
 @contextmanager
 def own_style(style: Any = STYLE) -> Iterator[None]:
-    """Draw with matplotlib's defaults and a style, whatever a matplotlibrc states: of TeX, sizes or colors."""
+    """Draw with matplotlib's defaults and a style, regardless of TeX, sizes or colors in a matplotlibrc."""
     from matplotlib import rc_context, rcParams, rcParamsDefault
 
     with rc_context():
@@ -103,7 +103,7 @@ def own_style(style: Any = STYLE) -> Iterator[None]:
 
 
 def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figure]":
-    """Draw in the style of this module."""
+    """Apply the style of this module to a drawing function."""
 
     @wraps(plot)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> "Figure":
@@ -114,7 +114,7 @@ def styled(plot: "Callable[P, Figure]", style: Any = STYLE) -> "Callable[P, Figu
 
 
 class _Look(NamedTuple):
-    """How a curve is drawn."""
+    """Line style of a curve."""
 
     color: str
     ls: Any = "-"
@@ -128,14 +128,14 @@ _SERIES = (
     _Look(RED, (0, (1.2, 1.2))),
     _Look(GREY, (0, (5, 1.4, 1.2, 1.4))),
 )
-"""Both bodies together, and each; or models side by side."""
+"""Line styles of both bodies together and of each, or of several models."""
 _MEASURED = (_Look(GREY, lw=0.8), _Look(_BLUE, lw=0.9))
-"""As recorded, and what was made of it."""
+"""Line styles of recorded and of preprocessed signals."""
 _MOST_PLACES = 240
 
 
 def _look(curve: Curve, before: Sequence[Curve]) -> _Look:
-    """Give a curve its look after those before it in its panel."""
+    """Return the line style of a curve, given those before it in its panel."""
     law = law_look(curve.law) if curve.law else LawLook(_BLUE, "-", "-.")
     if curve.series is not None:
         return _SERIES[curve.series]
@@ -151,7 +151,7 @@ def _look(curve: Curve, before: Sequence[Curve]) -> _Look:
 
 
 def draw_panel(ax: "Axes", panel: Panel, power: int = 0) -> None:
-    """Draw curves with their bands and what was measured, in the shown unit less a power of ten."""
+    """Draw curves with bands and measured values, in the display unit without a power of ten."""
     for number, curve in enumerate(panel.curves):
         look = _look(curve, panel.curves[:number])
         y, *band = (
@@ -170,7 +170,7 @@ def draw_panel(ax: "Axes", panel: Panel, power: int = 0) -> None:
 
 
 def _draw_lines(ax: "Axes", panel: Panel) -> None:
-    """Draw zero and limits of residuals, and what was left out."""
+    """Draw zero and limits of residuals, and the ranges that were not fitted."""
     limits = () if panel.limit is None else (-panel.limit, panel.limit)
     if limits or any(curve.role == "residual" for curve in panel.curves):
         ax.axhline(0, color=BLACK, lw=0.8)
@@ -181,7 +181,7 @@ def _draw_lines(ax: "Axes", panel: Panel) -> None:
 
 
 def _draw_marks(ax: "Axes", marks: Sequence[Mark], power: int) -> None:
-    """Draw what was measured with its bars, and residuals of it as open marks in the color of their law."""
+    """Draw measured values with error bars, and their residuals as open markers in the color of their law."""
     kinds = list(dict.fromkeys(one.name for one in marks))
     for one in marks:
         value, half = one.y / 10.0**power, one.half_width / 10.0**power
@@ -194,12 +194,12 @@ def _draw_marks(ax: "Axes", marks: Sequence[Mark], power: int) -> None:
 
 
 def _mathtext(words: str) -> str:
-    """Set a_x and k_D as formulas are set."""
+    """Typeset a_x and k_D as in formulas."""
     return re.sub(r"\b(a_[xz])\b", r"$\1$", words).replace("k_D", r"$k_\mathrm{D}$")
 
 
 def _smooth(x: Column, *lines: Column) -> list[Column]:
-    """Take as many samples as a smooth curve needs, closer where wear is steepest."""
+    """Choose the samples needed for a smooth curve, closer together where wear is steepest."""
     placed = np.isfinite(x)
     last = max(int(np.count_nonzero(placed)) - 1, 0)
     steep, even = np.geomspace(1, max(last, 1), _MOST_PLACES // 2), np.linspace(0, last, _MOST_PLACES // 2)
@@ -208,7 +208,7 @@ def _smooth(x: Column, *lines: Column) -> list[Column]:
 
 
 def key(figure: "Figure", axes: "Iterable[Axes]", columns: int = 2) -> None:
-    """Put one legend of all panels below them, its labels in several lines if they are too wide for the figure."""
+    """Draw one legend for all panels below them."""
     handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     legend = figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
     if legend.get_window_extent().width > figure.bbox.width:
@@ -218,14 +218,14 @@ def key(figure: "Figure", axes: "Iterable[Axes]", columns: int = 2) -> None:
 
 @styled
 def plot_signals(run: RawRun) -> "Figure":
-    """Draw each recorded signal of a run in a panel, as it is held."""
+    """Draw each recorded signal of a run in a panel."""
     x, label = course(run)
     return _stacked(signal_panels(x, run), f"{run.id}: signals", run.samples, label)
 
 
 @styled
 def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Figure":
-    """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
+    """Draw the depth signal, its drift, and the corrected wear with the post-test measurement."""
     x, label = course(corrected.run)
     words = _drift_words(corrected.correction)
     return _stacked(depth_panels(x, corrected, clean_up), f"{corrected.id}: depth signal", words, label)
@@ -239,7 +239,7 @@ def _drift_words(correction: DriftCorrection) -> str:
 
 @styled
 def plot_friction(run: RawRun, fit: FrictionFit, clean_up: CleanUp | None = None) -> "Figure":
-    """Draw the friction coefficient with Eq. 7 as fitted and the residuals, or the steady value alone against time."""
+    """Draw the friction coefficient with the fit of Eq. 7 and the residuals, or the steady-state value over time."""
     x, label = slide(run)
     panels = friction_panels(x, run, fit, clean_up)
     return _stacked(panels, f"{run.id}: friction", in_lines(_friction_words(fit)), label)
@@ -293,7 +293,7 @@ def plot_wear(corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: 
 
 
 def _power(panels: Sequence[Panel]) -> int:
-    """Return the power of a thousand to leave out of the axis; of volumes only, which are as small as that."""
+    """Return the power of a thousand to omit from the axis, for volumes only."""
     if panels[0].unit != VOLUME:
         return 0
     ends = [float(from_si(np.nanmax(curve.y), "m^3", "mm^3")) for panel in panels for curve in panel.curves]
@@ -301,18 +301,18 @@ def _power(panels: Sequence[Panel]) -> int:
 
 
 def head_figure(ax: "Axes", title: str, words: Sequence[str]) -> None:
-    """Put title and coefficients over a figure; they may be wider than its first panel."""
+    """Write title and coefficients above a figure; they may be wider than its first panel."""
     finish(ax, title, "\n".join(words))
     ax.texts[-1].set_in_layout(False)
 
 
 def _name(ax: "Axes", words: str, side: Literal["left", "right"] = "left") -> None:
-    """Write the letter of a panel, and what it is of, into its upper corner."""
+    """Write the letter of a panel and its content into its upper corner."""
     ax.text(0.03 if side == "left" else 0.97, 0.97, words, transform=ax.transAxes, ha=side, va="top")
 
 
 def four_panels(panels: Iterable[Panel], label: str) -> "tuple[Figure, list[Axes]]":
-    """Draw four panels on one axis, as in the paper's Fig. 9, lettered where curves leave room."""
+    """Draw four panels with a common axis, as in Fig. 9 of the paper, with letters where curves leave room."""
     from tribopipe.views.canvas import ShownFigure
 
     figure = ShownFigure(figsize=(6.3, 5.4), dpi=150, layout="constrained")
@@ -326,7 +326,7 @@ def four_panels(panels: Iterable[Panel], label: str) -> "tuple[Figure, list[Axes
 
 @styled
 def plot_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
-    """Draw wear depth, mean pressure, a_x and a_z by a law along a run, with 95 % bands (paper, Fig. 9).
+    """Draw wear depth, mean pressure, a_x and a_z from a law along a run, with 95 % bands (paper, Fig. 9).
 
     The depth signal, corrected, stands next to the depth of both bodies.
     """
@@ -340,7 +340,7 @@ def plot_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
 
 
 def _wear_words(curves: WearCurves) -> str:
-    """Write a law with k_D of each body."""
+    """Format a law with k_D of each body."""
     result, unit = curves.result, pretty(WEAR_COEFFICIENT)
     known = {name: body.wear_coefficient for name, body in result.bodies.items()}
     if result.distance_per_rotation is None:
@@ -357,7 +357,7 @@ def _wear_words(curves: WearCurves) -> str:
 
 
 def basis_words(fits: Iterable[WearFit]) -> list[str]:
-    """State the source of a k_D that is not from reading and measurement together, in the words of its findings."""
+    """State the source of a k_D that is not from both depth signal and measurement, in the words of its findings."""
     findings = first_of_each_code(finding for fit in fits for finding in fit.findings)
     return [f"{finding.where}: {finding.message}" for finding in findings if finding.code in _ON_BASIS]
 
@@ -367,7 +367,7 @@ def _shown(quantity: Quantity | None, unit: str) -> str:
 
 
 def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Figure":
-    """Draw panels below each other, the first of them large."""
+    """Draw panels below each other, the first one large."""
     from tribopipe.views.canvas import ShownFigure
 
     few = len(panels) <= 2
@@ -384,7 +384,7 @@ def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Fi
 
 
 def finish(ax: "Axes", title: str, words: str) -> None:
-    """Put a title over a figure's first panel, and words between them."""
+    """Write a title above a figure's first panel, and a text between them."""
     size = FORMULA if "$" in words else 8.0
     ax.set_title(title, loc="left", fontsize=10, fontweight="bold", pad=6 + 11 * (words.count("\n") + 1))
     ax.text(0.0, 1.02, words, transform=ax.transAxes, fontsize=size, va="bottom")
@@ -397,7 +397,7 @@ def in_lines(sentence: str) -> str:
 
 
 def save_figure(figure: "Figure", path: Path) -> None:
-    """Write a figure in the format of the file's suffix, whole or not at all, and the same each time.
+    """Write a figure in the format of the file's suffix, completely or not at all, and reproducibly.
 
     Raises ``ArchiveError`` where the folder cannot be written.
     """
@@ -433,7 +433,7 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
 def save_beside(
     archive: Archive, identifier: str, figures: "Mapping[str, Figure]", captions: Mapping[str, str] | None = None
 ) -> None:
-    """Write figures of a run or study next to its archive, as ``save_figures`` does, alone among those who draw it.
+    """Write figures of a run or study next to its archive, as ``save_figures`` does, in one process at a time.
 
     What somebody left of them who was killed goes. Raises ``ArchiveError`` and ``OutputError``.
     """

@@ -1,4 +1,4 @@
-"""One archived run on a page: what was tested and how, what each step has found, its sources."""
+"""One archived run on a page: bodies, conditions, results of each step, and sources."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -47,7 +47,7 @@ _UNDER_LAWS = ((WEAR_FITS, "Wear coefficient"), (PREDICTIONS, "Prediction"), (LO
 
 
 def step_title(name: StepName) -> str:
-    """Return what people call a step."""
+    """Return the displayed name of a step."""
     for steps, title in _UNDER_LAWS:
         if (law := steps.law_of(name)) is not None:
             return f"{title} ({law_title(law)})"
@@ -55,7 +55,7 @@ def step_title(name: StepName) -> str:
 
 
 def stage_pages(steps: Steps, worded: Callable[[str], str] = str) -> tuple[StagePage, ...]:
-    """Return a page for each step, in order; ``worded`` puts texts in the names of the contact."""
+    """Return a page for each step, in order; ``worded`` replaces the names of bodies by those of the contact."""
     return tuple(_stage_page(step, steps, worded) for step in steps.values())
 
 
@@ -111,7 +111,7 @@ def _by_two_steps(result: DriftCorrection) -> str | None:
 
 
 def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
-    """Yield what the model finds in a depth reading in addition to wear and a line."""
+    """Yield the contributions to the depth signal in the model other than wear and linear drift."""
     yield "95 % CI of the drift rate", between(model.drift_interval, "nm/min")
     yield "probability of settling", f"{model.settling_probability:.2f}"
     yield "settling amplitude", shown(model.settling)
@@ -185,7 +185,7 @@ def _steady(body: BodyWearRate) -> str:
 
 
 def _intervals(bodies: Mapping[str, BodyWearRate]) -> Iterator[TextTable]:
-    """Yield a table of the wear between one measurement and the next, where a test was interrupted."""
+    """Yield a table of the wear between consecutive measurements, if a test was interrupted."""
     rows = [
         (
             name,
@@ -217,13 +217,13 @@ _TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
     WearPrediction: prediction_told,
     LocalWearResult: local_wear_told,
 }
-"""How each kind of result is given."""
+"""Presentation of each kind of result."""
 
 
 def run_page(archive: Archive, run_id: str) -> RunPage:
-    """Return what the archive holds of a run, but its curves.
+    """Return the content of an archived run except its curves.
 
-    Raises ``ArchiveError`` where there is no such run, or its file is damaged.
+    Raises ``ArchiveError`` if there is no such run, or its file is damaged.
     """
     run = archive.outline(run_id)
     manifest, last = run.manifest, run.marks[-1] if run.marks else None
@@ -274,7 +274,7 @@ def _measured(manifest: RunManifest, ends: EndValues) -> tuple[Fact, ...]:
 
 
 def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
-    """Return speed and slip where other conditions show them."""
+    """Return speed and slip if they follow from other conditions."""
     conditions: Conditions = manifest.conditions
     speed = conditions.nominal_speed if conditions.sliding_speed is None else None
     slipped = manifest.slip if conditions.slip is None else None
@@ -312,10 +312,10 @@ def _samples(run: RunOutline) -> str:
 
 
 def _computed_with(run: RunOutline) -> tuple[Fact, ...]:
-    """Return versions and machine: once, where they were the same for every step."""
+    """Return versions and machine, only once if they are the same for all steps."""
     environments = {"ingest": run.environment} | {name: step.environment for name, step in run.steps.items()}
     steps: dict[str, list[str]] = {}
     for name, environment in environments.items():
         steps.setdefault(", ".join(map(" ".join, environment.items())), []).append(spoken(name))
-    every = "every step" if len(steps) == 1 else None
+    every = "all steps" if len(steps) == 1 else None
     return facts(*((every or ", ".join(names), told or None) for told, names in steps.items()))

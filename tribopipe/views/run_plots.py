@@ -26,21 +26,21 @@ CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_c
 WANDER = "/entry/drift_correction/data/wander"
 _FRICTION = "/entry/friction_fit/data/friction_coefficient"
 WANDER_NAME = "slow wander (neither wear nor drift)"
-"""What the slow process of the model is called in legends."""
+"""Name of the slow process of the model in legends."""
 RAW, CLEANED = "/entry/raw/", "/entry/clean_up/data/"
-"""Where signals stand as recorded, and as preprocessed."""
+"""Paths of recorded and of preprocessed signals."""
 AXES: tuple[SignalName, ...] = ("rotations", "sliding_distance", "time")
-"""Signals that others are drawn against."""
+"""Signals of horizontal axes."""
 
 
 def signal_panels(x: Column, run: RawRun, names: Iterable[SignalName] | None = None) -> tuple[Panel, ...]:
-    """Draw signals, each in a panel of its own: those named, or all but the axes."""
+    """Draw signals, each in its own panel: those specified, or all except the axes."""
     shown = [name for name in run.columns if name not in AXES] if names is None else names
     return tuple(_signal_panel(x, name, {name.replace("_", " "): (run, RAW)}) for name in shown)
 
 
 def clean_up_panels(x: Column, raw: RawRun, cleaned: RawRun, names: Iterable[SignalName]) -> tuple[Panel, ...]:
-    """Draw signals that preprocessing changed, before and after; of one that was left out the former alone."""
+    """Draw signals changed by preprocessing, before and after; only before if a signal was excluded."""
     runs = {"as recorded": (raw, RAW), "preprocessed": (cleaned, CLEANED)}
     return tuple(_signal_panel(x, name, runs) for name in names)
 
@@ -57,7 +57,7 @@ def _signal_panel(x: Column, name: SignalName, runs: Mapping[str, tuple[RawRun, 
 
 
 def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = None) -> tuple[Panel, ...]:
-    """Draw the depth reading, what drift adds to it, and the corrected wear with the post-test measurement."""
+    """Draw the depth signal, its drift, and the corrected wear with the post-test measurement."""
     run, wear, curves = corrected.run, corrected.wear_depth, []
     read, scale = run.columns.get("depth"), run.manifest.depth_scale.value
     both = "both bodies" if run.manifest.contact is None else run.manifest.contact.both
@@ -72,13 +72,13 @@ def depth_panels(x: Column, corrected: CorrectedRun, clean_up: CleanUp | None = 
     if corrected.wander is not None:
         curves.append(Curve(WANDER_NAME, "wander", x, corrected.wander, MICRONS, run.id, path=WANDER))
     anchor = corrected.correction.anchor
-    name = "measured, 95 %" + (f" ({measured_quantities(anchor)})" if anchor else "")
+    name = "measured, 95 % CI" + (f" ({measured_quantities(anchor)})" if anchor else "")
     marks = mark(name, run.id, x, corrected.correction.end_wear_depth, MICRONS)
     return (Panel("depth", MICRONS, tuple(curves), marks),)
 
 
 def _cleaned(clean_up: CleanUp | None, signal: SignalName) -> str:
-    """Report for a recorded signal whether it is drawn as preprocessed."""
+    """Return the label suffix of a recorded signal that is drawn as preprocessed."""
     if clean_up is None or not clean_up.changed(signal):
         return ""
     strokes = any((change.step, change.signal) == ("stroke-wise-friction", signal) for change in clean_up.changes)
@@ -88,14 +88,14 @@ def _cleaned(clean_up: CleanUp | None, signal: SignalName) -> str:
 def friction_panels(
     x: Column, run: RawRun, fit: FrictionFit | None, clean_up: CleanUp | None = None
 ) -> tuple[Panel, ...]:
-    """Draw the friction coefficient with Eq. 7 where it was fitted and the residuals, or with the steady value."""
+    """Draw the friction coefficient with the fit of Eq. 7 and the residuals, or with the steady-state value."""
     mu, fitted = run.columns.get("friction_coefficient"), _fitted_friction(run, fit)
     left_out, curves, residuals = None, [], []
     if mu is not None:
         name = f"measured{_cleaned(clean_up, 'friction_coefficient')}"
         curves.append(Curve(name, "measured", x, mu, RATIO, run.id, path="friction_coefficient"))
     if fitted is not None and fit is not None:
-        name = "fit, μ = A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady value b"
+        name = "fit, μ = A·exp(−s/c) + b" if fit.outcome == "exponential" else "steady-state value b"
         curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=_FRICTION))
         if mu is not None and fit.window is not None:
             residuals.append(Curve("measured − fitted", "residual", x, mu - fitted, RATIO, run.id))
@@ -106,7 +106,7 @@ def friction_panels(
 
 
 def _fitted_friction(run: RawRun, fit: FrictionFit | None) -> Column | None:
-    """Return fitted friction where it was fitted, missing elsewhere; all along a run of unknown distance."""
+    """Return fitted friction where it was fitted, NaN elsewhere; along the whole run if its distance is unknown."""
     path = fitted_path(fit)
     if fit is None or path is None:
         return None
@@ -118,12 +118,12 @@ def _fitted_friction(run: RawRun, fit: FrictionFit | None) -> Column | None:
 
 
 class _Shown(NamedTuple):
-    """What is drawn of the wear of one body."""
+    """Displayed wear of one body."""
 
     body: str
     quantity: str
     outcome: str
-    """As bands of laws are named."""
+    """Name of the outcome in the bands of laws."""
     unit: Unit
     marks: tuple[Mark, ...]
     measured: Column | None = None
@@ -131,7 +131,7 @@ class _Shown(NamedTuple):
 
 
 class ShownQuantity(NamedTuple):
-    """How a quantity is drawn: of each disc, what a law calls it, the axis, and its unit."""
+    """Display of a quantity: its name in a law for each disc, axis label, and unit."""
 
     outcomes: tuple[Outcome, Outcome]
     label: str
@@ -144,11 +144,11 @@ QUANTITIES: dict[Measured, ShownQuantity] = {
     "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS),
     "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, 2.0),
 }
-"""What can be measured on a disc, the usual first."""
+"""Quantities that can be measured on a disc, the usual ones first."""
 
 
 class MeasuredPoint(NamedTuple):
-    """One thing measured on a disc of a run."""
+    """One measurement on a disc of a run."""
 
     disc: DiscName
     what: Measured
@@ -158,7 +158,7 @@ class MeasuredPoint(NamedTuple):
 def wear_panels(
     x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()
 ) -> tuple[Panel, ...]:
-    """Draw the wear of each body with the laws, predictions, 95 % bands and what was measured.
+    """Draw the wear of each body with the laws, predictions, 95 % bands and measured values.
 
     Of discs it is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
     nor was measured has no panel. Residuals stand below wear that was recorded along the run.
@@ -182,7 +182,7 @@ def wear_panels(
 
 
 def _spare(x: Column, run: RawRun, fits: Sequence[WearCurves], body: str) -> list[Panel]:
-    """Draw residuals of what was measured on a body over their standard uncertainty, where more was than is fitted."""
+    """Draw residuals of measurements on a body over their standard uncertainty, if more were made than are fitted."""
     if not any(isinstance(curves.result, WearFit) and curves.result.p_value is not None for curves in fits):
         return []
     marks = [
@@ -204,7 +204,7 @@ def _spare(x: Column, run: RawRun, fits: Sequence[WearCurves], body: str) -> lis
 
 
 def _pin(x: Column, corrected: CorrectedRun) -> _Shown:
-    name = "pin wear measured after the test, 95 %"
+    name = "pin wear measured after the test, 95 % CI"
     marks = mark(name, corrected.id, x, corrected.correction.pin_wear_depth, MICRONS)
     return _Shown("", "pin wear depth", "wear_depth", MICRONS, marks, corrected.pin_wear_depth)
 
@@ -220,19 +220,19 @@ def _discs(x: Column, run: RawRun, laws: Sequence[WearCurves]) -> Iterator[_Show
             marks = tuple(
                 one
                 for value in here
-                for one in mark("measured, 95 %", run.id, place_on(x, run, value.place), value.measured, shown.unit)
+                for one in mark("measured, 95 % CI", run.id, place_on(x, run, value.place), value.measured, shown.unit)
             )
             yield _Shown(spoken(disc), shown.label, outcome, shown.unit, marks, factor=shown.factor)
 
 
 def place_on(x: Column, run: RawRun, place: float) -> float:
-    """Return where on an axis a place along the progress of a run is."""
+    """Return the position on an axis of a point along the progress of a run."""
     known = np.isfinite(run.progress) & np.isfinite(x)
     return float(np.interp(place, run.progress[known], x[known])) if np.any(known) else np.nan
 
 
 def measured_points(laws: Sequence[WearCurves]) -> list[MeasuredPoint]:
-    """Return what was measured on the discs, by the first fit, which is the same in all."""
+    """Return the measurements on the discs, from the first fit; they are the same in all."""
     fits = (curves.result for curves in laws if isinstance(curves.result, WearFit))
     return next(([_point(value) for value in fit.measurements] for fit in fits), [])
 
@@ -244,7 +244,7 @@ def _point(value: FittedValue) -> MeasuredPoint:
 
 
 def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> list[DiscName]:
-    """Return the discs that were measured, or that a law wears."""
+    """Return the discs that were measured, or that wear according to a law."""
     worn = {
         disc: any(np.any(one.bands[outcome].best > 0) for one in laws)
         for disc, outcome in zip(DISCS, QUANTITIES["wear_volume"].outcomes, strict=True)
@@ -253,7 +253,7 @@ def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> 
 
 
 def _law(x: Column, run: str, curves: WearCurves, outcome: str, unit: Unit, factor: float = 1.0) -> Curve:
-    """Draw what a law gives for one quantity along a run."""
+    """Draw one quantity from a law along a run."""
     result, band = curves.result, curves.bands[outcome]
     name, steps = f"{law_label(result.model)}, fitted", WEAR_FITS
     role: Role = "fit"
@@ -276,7 +276,7 @@ _CONTACT: Mapping[Outcome, tuple[str, Unit]] = {
 
 
 def contact_panels(x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves]) -> tuple[Panel, ...]:
-    """Draw wear depth, mean pressure, a_x and a_z by the fitted laws along a run (paper, Fig. 9).
+    """Draw wear depth, mean pressure, a_x and a_z from the fitted laws along a run (paper, Fig. 9).
 
     The depth signal, corrected, stands next to the depth of both discs. Of a single law the depth of each disc does
     too.
@@ -295,7 +295,7 @@ def contact_panels(x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves
 
 
 def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
-    """Draw the depth of both discs by a law, and of each; of a disc that wears alone only its own."""
+    """Draw the depth of both discs from a law, and of each; if only one disc wears, only its depth."""
     worn = drawn_discs((), [curves])
     if len(worn) > 1:
         yield replace(both, name="both discs", law=None, series=0)
@@ -306,7 +306,7 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
 
 
 _MODELS = {"local": "", "GIWM": "giwm_", "GIWM, Eq. 11 as published": "giwm_as_printed_"}
-"""What local wear is drawn with, by what its columns begin with."""
+"""Models drawn for local wear, with the prefixes of their columns."""
 _COURSE = (
     ("wear depth", MICRONS, "depth"),
     ("pressure p", Unit("Pa", "MPa"), "pressure"),
@@ -316,7 +316,7 @@ _COURSE = (
 
 
 def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder: str = "") -> tuple[Panel, ...]:
-    """Draw depth, pressure and contact of local wear with the GIWM (paper, Fig. 9), and by how much depths differ.
+    """Draw depth, pressure and contact of local wear and of the GIWM (paper, Fig. 9), and the difference in depth.
 
     ``columns`` are those of the course in the archive, which stand in ``folder``. Of a contact as long as wide there is
     one radius.

@@ -1,4 +1,4 @@
-"""The list of runs as other programs open it: CSV, spreadsheets, LaTeX, Markdown.
+"""The list of runs for other programs: CSV, spreadsheets, LaTeX, Markdown.
 
 Heads are names and units; a number has its standard uncertainty next to it, in a column of its own where programs read
 the table, in the same cell where people do. Forces are in N where one of the list is 1 N or more, else in mN.
@@ -20,11 +20,11 @@ from tribopipe.views.csv_files import csv_field, head_of
 
 Runs = Sequence[ListedRun]
 _LEAST, _MOST = 1e-3, 1e5
-"""Between which the largest number of a column stands without a power of ten."""
+"""Range of the largest number in a column in which no power of ten is used."""
 
 
 def _with_units(runs: Runs, columns: Sequence[ListedColumn] | None) -> list[ListedColumn]:
-    """Return columns, all unless some are chosen, with the unit that forces of these runs are read in."""
+    """Return the selected columns, by default all, with the display unit of forces in these runs."""
     return [_in_readable_unit(runs, column) for column in (COLUMNS.values() if columns is None else columns)]
 
 
@@ -36,7 +36,7 @@ def _in_readable_unit(runs: Runs, column: ListedColumn) -> ListedColumn:
 
 
 def _table(runs: Runs, columns: Sequence[ListedColumn] | None) -> tuple[list[str], Iterator[list[float | str]]]:
-    """Return heads and rows as programs read them; NaN is a number that is not known."""
+    """Return column headers and rows in machine-readable form; unknown numbers are NaN."""
     chosen = _with_units(runs, columns)
     heads = [head for column in chosen for head in _heads(column)]
     return heads, ([field for column in chosen for field in _fields(run, column)] for run in runs)
@@ -113,7 +113,7 @@ def _letters(place: int) -> str:
 
 
 def _cell(sheet: Any, value: float | str) -> Any:
-    """Return a cell; a text stays one, whatever it begins with, less the signs that XML cannot hold."""
+    """Return a cell; texts remain texts, whatever they begin with, without characters that XML cannot represent."""
     from openpyxl.cell import WriteOnlyCell
     from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 
@@ -127,12 +127,12 @@ def _cell(sheet: Any, value: float | str) -> Any:
 
 
 class _Column(NamedTuple):
-    """A column as people read it: one unit and one power of ten for all its numbers."""
+    """A displayed column: one unit and one power of ten for all its numbers."""
 
     column: ListedColumn
     power: int
     cells: list[tuple[str, str] | str | None]
-    """A number with its uncertainty in units of its last digit, empty where it has none; or a text; or nothing."""
+    """A number with its uncertainty in units of its last digit, empty if it has none; or a text; or None."""
 
 
 def _columns(runs: Runs, columns: Sequence[ListedColumn] | None) -> list[_Column]:
@@ -149,7 +149,7 @@ def _column(runs: Runs, column: ListedColumn) -> _Column:
 
 
 def _rounded(value: float | None, spread: float | None, power: int) -> tuple[str, str] | None:
-    """Round a number to two digits of its uncertainty, and one without to four digits."""
+    """Round a number to two digits of its uncertainty, or to four digits without one."""
     if value is None:
         return None
     number = value / 10.0**power
@@ -166,7 +166,7 @@ def _exponent(number: float) -> int:
 
 
 def runs_markdown(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> bytes:
-    """Return a list of runs as a Markdown table; ± is one standard uncertainty, and – is nothing known."""
+    """Return a list of runs as a Markdown table; ± is one standard uncertainty, and – an unknown value."""
     chosen = _columns(runs, columns)
     heads = [_plain_head(one) for one in chosen]
     marks = ["---:" if one.column.kind == "number" else "---" for one in chosen]
@@ -218,7 +218,7 @@ def _latex_row(cells: Iterator[str]) -> str:
 
 
 def _alignment(one: _Column) -> str:
-    """Return how a column is set: numbers by their decimal sign, with room for the longest of each part."""
+    """Return the alignment of a column: numbers at the decimal sign, with room for the longest of each part."""
     if one.column.kind != "number":
         return "l"
     numbers = [cell for cell in one.cells if isinstance(cell, tuple)]
@@ -261,7 +261,7 @@ _POWERS = {"²": "\\squared", "³": "\\cubed", "": ""}
 
 
 def _siunitx(unit: str) -> str:
-    """Write the unit of a column by siunitx's macros: mm³/(N·mm) as milli metre cubed per newton per milli metre."""
+    """Write a unit with the macros of siunitx: mm³/(N·mm) as milli metre cubed per newton per milli metre."""
     above, _, below = unit.partition("/")
     return "".join(
         f"{per}{_UNITS[part.rstrip('²³')]}{_POWERS[part[len(part.rstrip('²³')) :]]}"
@@ -289,7 +289,7 @@ _LATEX: Mapping[str, str] = {
 
 
 def _latex_text(text: str) -> str:
-    """Write a text so that LaTeX sets what it states."""
+    """Escape a text for LaTeX."""
     if text.startswith("k_D"):
         return "$k_\\mathrm{D}$" + _latex_text(text.removeprefix("k_D"))
     return "".join(_LATEX.get(sign, sign) for sign in re.sub(r"\s+", " ", text))
@@ -301,6 +301,6 @@ FORMS: Mapping[str, Callable[..., bytes]] = {
     ".tex": runs_latex,
     ".md": runs_markdown,
 }
-"""What writes a list of runs, by the suffix of the file."""
+"""Functions that write a list of runs, by the suffix of the file."""
 WITH_COMMAS = (".csv", ".tex")
-"""Those that may have decimal commas; a workbook has those of the program that opens it."""
+"""Formats that may have decimal commas; in a workbook, the program that opens it decides."""

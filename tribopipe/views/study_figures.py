@@ -1,4 +1,4 @@
-"""Figures of a study in the size of a journal's columns: wear of all runs under one law, friction, and effective k_D.
+"""Figures of a study at the column widths of journals: wear of all runs under one law, friction, and effective k_D.
 
 They hold what Figures 1, 3, 4, 5, 6 and 12 of the paper do, with the uncertainties in addition. Runs stand in the
 order of
@@ -57,26 +57,26 @@ _DEPARTING: dict[Verdict | None, tuple[str, str]] = {
 }
 """Marks of measurements that are not consistent with the law."""
 _KEY_ORDER = ("measured", "smoothing", "Archard", "Sarkar")
-"""Of the legend of effective k_D."""
+"""Order of the legend of effective k_D."""
 _EVERY = 2
-"""One of so many averages is drawn."""
+"""Every n-th average is drawn."""
 _LETTERS = 32
-"""Of a line above a panel."""
+"""Largest number of letters on a line above a panel."""
 _APART, _ASIDE = 0.04, 0.01
-"""Shares of the axis: between runs that end together, and by which bodies stand off that would hide each other."""
+"""Shares of the axis: distance below which runs end together, and offset of bodies that would hide each other."""
 
 
 class _Look(NamedTuple):
-    """How one run, or one body, is drawn wherever it stands."""
+    """Style of one run, or one body, in all panels."""
 
     name: str
-    """In the legend."""
+    """Name in the legend."""
     color: str
     dashes: Any
     marker: str
 
     def marks(self, size: float, *, filled: bool) -> dict[str, Any]:
-        """Return how its markers are drawn: those of runs that identify k_D are filled."""
+        """Return the style of its markers: those of runs that identify k_D are filled."""
         fill = None if filled else "white"
         return {"color": self.color, "marker": self.marker, "ms": size, "mew": size / 4.5, "mfc": fill}
 
@@ -93,7 +93,7 @@ def plot_study_wear(
     curves: Sequence[StudyCurve],
     recorded: Mapping[str, tuple[Column, Column]] | None = None,
 ) -> "Figure":
-    """Draw the wear of all runs by one law, with 95 % bands and what was measured after the tests.
+    """Draw the wear of all runs with one law, 95 % bands and post-test measurements.
 
     Wear that was recorded along the runs stands in one panel, a color for each run (paper, Figs. 1, 4 and 6); the small
     markers are what the study compares, averages over stretches of the distance. ``recorded`` holds sliding distance
@@ -182,16 +182,16 @@ def _shifts(runs: Sequence[RunVerdict], last: float, *, along: bool) -> dict[str
 
 
 class _Drawing(NamedTuple):
-    """Where panels of a study are drawn, and how."""
+    """Axes and styles of the panels of a study."""
 
     ax: "Axes"
     looks: Mapping[str, _Look]
-    """By run, or by body."""
+    """Styles by run, or by body."""
     shifts: Mapping[str, float]
-    """Of what was measured at the end, by run."""
+    """Shifts of the post-test measurements, by run."""
 
     def panel(self, panel: Panel, *powers: int) -> None:
-        """Draw curves and marks, of bodies that are distinguished the law along the longest run alone."""
+        """Draw curves and marks; if bodies are distinguished, the law only along the longest run."""
         x_unit, y_unit = (10.0**power for power in powers)
         body = self.looks.get(panel.body)
         curves = [max(panel.curves, key=lambda one: float(one.x[-1]))] if body else panel.curves
@@ -244,7 +244,7 @@ def _highest(panels: Sequence[Panel]) -> float:
 
 
 def _columns(count: int, beside: float) -> "tuple[Figure, list[tuple[Axes, ...]]]":
-    """Lay out one wide panel next to a legend so high; or so many panels, each with a smaller one below."""
+    """Lay out one wide panel next to a legend of a given height, or several panels, each with a smaller one below."""
     from tribopipe.views.canvas import ShownFigure
 
     rows, columns = rows_and_columns(count)
@@ -271,7 +271,7 @@ def _finish(columns: "Sequence[tuple[Axes, ...]]", along: str, wear: str) -> Non
     _, beside = rows_and_columns(len(columns))
     for number, axes in enumerate(columns):
         axes[-1].set_xlabel(along)
-        for ax, label, least in zip(axes, (wear, "measured\nover law"), (None, 0.9), strict=False):
+        for ax, label, least in zip(axes, (wear, "measured /\npredicted"), (None, 0.9), strict=False):
             if number % beside == 0:
                 low, high = ax.get_ylim()
                 usual = low if low < -0.08 * high else -0.02 * high
@@ -289,7 +289,7 @@ def _looks_key(looks: Mapping[str, _Look]) -> "list[Artist]":
 
 
 def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> "list[Artist]":
-    """Report what is drawn of every run."""
+    """Return the legend entries common to all runs."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -306,7 +306,7 @@ def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> 
     handles += [Line2D([], [], color=GREY, lw=0.6, label="measured")] if thin else []
     handles += [grey("measured, averaged", _AVERAGE, filled=False)] if averaged else []
     handles += [
-        grey(f"measured, 95 %, run {role}", _MEASURED, filled=role == "fitted")
+        grey(f"measured, 95 % CI ({role} run)", _MEASURED, filled=role == "fitted")
         for role in ("fitted", "predicted")
         if any(run.role == role for run in runs)
     ]
@@ -327,7 +327,7 @@ def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> 
 
 @in_columns
 def plot_study_friction(runs: Sequence[Member]) -> "Figure":
-    """Draw the friction coefficient of each run with Eq. 7 as fitted and its parameters (paper, Fig. 3).
+    """Draw the friction coefficient of each run with the fit of Eq. 7 and its parameters (paper, Fig. 3).
 
     Runs without friction are left out. Raises ``ValueError`` where no run has any.
     """
@@ -365,7 +365,7 @@ def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
 
 @in_columns
 def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoefficient]) -> "Figure":
-    """Draw each run's effective k_D against friction, with Sarkar's law and Archard's by the study (paper, Fig. 5).
+    """Draw each run's effective k_D against friction, with both laws of the study (paper, Fig. 5).
 
     Raises ``KeyError`` where the study has not tried Sarkar's law.
     """
@@ -397,7 +397,7 @@ def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoe
 
 
 def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> list[float]:
-    """Draw effective k_D of the law against the friction coefficient; return how far it reaches on the axis."""
+    """Draw effective k_D of the law against the friction coefficient; return its range on the axis."""
     found = law.first
     words = f"$k_\\mathrm{{D}}$ = {coefficient_words(found.wear_coefficient, power)}"
     for curve in law_curves(mu, [LawCoefficient(law.model, found.wear_coefficient, found.interval)]):
@@ -414,7 +414,7 @@ def _draw_coefficient(ax: "Axes", law: LawResult, mu: Column, power: int) -> lis
 
 
 def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: float) -> Any:
-    """Draw the windows, colored and joined in the order of sliding, so that running-in can be followed."""
+    """Draw the windows, colored and connected in the order of sliding, so that running-in is visible."""
     from matplotlib.colors import PowerNorm
 
     x, y, spread = (
@@ -446,7 +446,7 @@ def _draw_effective(ax: "Axes", one: EffectiveCoefficient, power: int, last: flo
 
 
 def _coefficient_range(shown: Sequence[EffectiveCoefficient], ends: Sequence[float], power: int) -> tuple[float, float]:
-    """Hold all points and laws; error bars far longer than others may leave the axes."""
+    """Include all points and laws; error bars that are much longer than others may extend beyond the axes."""
     usual = float(np.median(np.concatenate([one.standard_uncertainty for one in shown])))
     reached = list(ends)
     for one in shown:
@@ -464,20 +464,20 @@ def _severity(run: RunVerdict) -> tuple[float, float]:
 
 
 def _known(member: Member) -> tuple[tuple[float, float], str]:
-    """Return what a run is ordered by, and named by."""
+    """Return the sort key and the name of a run."""
     manifest = member.corrected.run.manifest
     load, slip = manifest.conditions.normal_load, manifest.slip
     return (0.0 if slip is None else slip.value, load.value), _conditions(load, slip)
 
 
 def _conditions(load: Quantity, slip: Quantity | None) -> str:
-    """Name a run by its load, and by the slip of bodies that roll."""
+    """Name a run by its load, and by the slip of rolling bodies."""
     words = show_force(load.value)
     return words if slip is None else f"{words}, {show(slip.value, None, '1', '%')} slip"
 
 
 def _names(runs: Sequence[RunVerdict]) -> dict[str, tuple[str, str]]:
-    """Name runs by their conditions, and on a line below by their ids where several have the same."""
+    """Name runs by their conditions, and on a line below by their ids if several have the same."""
     return _told_apart({run.id: _conditions(run.normal_load, run.slip) for run in runs})
 
 
@@ -490,7 +490,7 @@ def _told_apart(shown: Mapping[str, str]) -> dict[str, tuple[str, str]]:
 
 
 def _law_words(law: LawResult, between: str) -> str:
-    """Write the law with what it was fitted to, and k_D of each body."""
+    """Format the law with the runs it was fitted to, and k_D of each body."""
     fitted = [run for run in law.runs if run.role == "fitted"]
     alone = f"at {_conditions(fitted[0].normal_load, fitted[0].slip)}" if len(fitted) == 1 else f"to {len(fitted)} runs"
     head = [law_heading(law.model), *filter(None, [law.distance_per_rotation]), f"fitted {alone}"]

@@ -26,7 +26,7 @@ def study_page(archive: Archive, study_id: str) -> StudyPage:
 def study_page_of(
     result: StudyResult, program_version: str = VERSION, date: str = "", inputs_sha256: str = ""
 ) -> StudyPage:
-    """Return the results of a study; date and fingerprint are empty where it is not archived."""
+    """Return the results of a study; date and fingerprint are empty if it is not archived."""
     runs = result.laws[0].runs if result.laws else ()
     return StudyPage(
         id=result.id,
@@ -122,7 +122,7 @@ def _unit(body: BodyVerdict) -> str:
 
 
 def _of_run(verdict: RunVerdict) -> Iterator[tuple[str, str]]:
-    """Yield what is stated about a run, each with its head."""
+    """Yield the cells of a run, each with its column header."""
     yield "run", verdict.id
     yield "role", verdict.role
     yield "load", shown(verdict.normal_load) or NOTHING
@@ -133,7 +133,7 @@ def _of_run(verdict: RunVerdict) -> Iterator[tuple[str, str]]:
 
 
 def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
-    """Yield what is stated about a body, each with its head, which has the unit where all bodies have the same."""
+    """Yield the cells of a body with their column headers, which include the unit if all bodies have the same."""
     shown_in, end = (_unit(body), "") if unit is None else (unit, f", {pretty(unit)}")
     measured, by_law = (
         one.shown(shown_in) if unit is None else bare(one, unit) for one in (body.measured, body.predicted)
@@ -148,7 +148,7 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
 
 
 def _shapes(law: LawResult) -> TextTable:
-    """Return how the shape of each wear curve keeps to the law."""
+    """Return a table that compares the shape of each wear curve with the law."""
     columns = (
         "run",
         "exponent n of h ∝ sⁿ",
@@ -178,7 +178,7 @@ def _shape_row(verdict: RunVerdict) -> Iterator[tuple[str, ...]]:
 
 
 def _engines(law: LawResult) -> TextTable:
-    """Return k_D of the runs that were also fitted with local pressure."""
+    """Return a table of k_D of the runs that were also fitted with local pressure."""
     rows = [
         (
             run.id,

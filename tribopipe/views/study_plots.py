@@ -1,4 +1,4 @@
-"""The plots of a study, each defined once: wear of each body by a law, and effective k_D (paper, Fig. 5).
+"""The plots of a study, each defined once: wear of each body with a law, and effective k_D (paper, Fig. 5).
 
 Where wear was recorded along the runs, averages stand next to the law; where it was measured at their ends alone, what
 was measured over what the law gives stands below.
@@ -22,12 +22,12 @@ from tribopipe.results.study import CurveQuantity, LawResult, StudyCurve
 from tribopipe.views.plot import COEFFICIENT, MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Role, Unit, mark
 
 BY_FRICTION = ("archard", "sarkar")
-"""Laws under which effective k_D is known by the friction coefficient alone."""
+"""Laws under which effective k_D depends only on the friction coefficient."""
 _UNITS: Mapping[CurveQuantity, Unit] = {"wear_depth": MICRONS, "wear_volume": VOLUME}
 
 
 def study_panels(law: LawResult, curves: Sequence[StudyCurve], runs: Collection[str]) -> Iterator[Panel]:
-    """Draw the wear of each body in some runs of a study by a law, with 95 % bands, and what was measured.
+    """Draw the wear of each body in some runs of a study with a law, 95 % bands and measured values.
 
     ``curves`` are all those of the study, in their order in the archive.
     """
@@ -54,16 +54,16 @@ def _panels(law: LawResult, body: str, shown: Mapping[str, StudyCurve]) -> Itera
         if run.id in runs and one is not None and one.what == what:
             share = _over(one.measured, one.predicted.value) if one.predicted.value > 0 else None
             for found, value, shown_in in ((marks, one.measured, unit), (shares, share, RATIO)):
-                drawn = mark(f"{run.id}, measured, 95 %", run.id, run.end.value, value, shown_in)
+                drawn = mark(f"{run.id}, measured, 95 % CI", run.id, run.end.value, value, shown_in)
                 found += [replace(point, role=run.role, outcome=one.outcome) for point in drawn]
     yield Panel(spoken(what), unit, tuple(lines), tuple(marks), spoken(body))
     if all(curve.measured is None for curve in shown.values()):
         bands = tuple(_relative(curve) for curve in lines)
-        yield Panel("measured over law", RATIO, bands, tuple(shares), spoken(body))
+        yield Panel("measured / predicted", RATIO, bands, tuple(shares), spoken(body))
 
 
 def _lines(curve: StudyCurve, path: str, unit: Unit) -> Iterator[Curve]:
-    """Draw averages of what was recorded along a run, and what a law gives for it from the start on."""
+    """Draw averages of the recorded signal along a run, and the law from its start."""
     run = curve.run_id
     if (found := curve.measured) is not None:
         # The last place is that of the post-test measurement, which is no reading of the sensor.
@@ -80,7 +80,7 @@ def _lines(curve: StudyCurve, path: str, unit: Unit) -> Iterator[Curve]:
 
 
 def _relative(curve: Curve) -> Curve:
-    """Draw the band of a law over the law."""
+    """Draw the band of a law relative to the law."""
     worn = np.where(curve.y > 0, curve.y, np.nan)
     low, high = (None if edge is None else edge / worn for edge in (curve.lower, curve.upper))
     return replace(curve, y=worn / worn, unit=RATIO, lower=low, upper=high, path=None)
@@ -94,7 +94,7 @@ def _over(measured: Quantity, said: float) -> Quantity:
 
 
 class LawCoefficient(NamedTuple):
-    """k_D by a law, and its 95 % interval."""
+    """k_D from a law, and its 95 % interval."""
 
     law: LawName
     best: Quantity
@@ -102,7 +102,7 @@ class LawCoefficient(NamedTuple):
 
 
 def coefficient_panel(measured: Sequence[EffectiveCoefficient], laws: Iterable[LawCoefficient]) -> Panel:
-    """Draw effective k_D of each run in the order of sliding, and what the laws give for it, with 95 % bands."""
+    """Draw effective k_D of each run in the order of sliding, and that of the laws, with 95 % bands."""
     curves = [_measured(one) for one in measured]
     if measured:
         curves += law_curves(friction_range(measured), laws)
@@ -117,14 +117,14 @@ def _measured(found: EffectiveCoefficient) -> Curve:
 
 
 def friction_range(measured: Sequence[EffectiveCoefficient]) -> Column:
-    """Return friction coefficients over all that were measured, and somewhat beyond."""
+    """Return friction coefficients from slightly below to slightly above all measured values."""
     friction = np.concatenate([one.friction for one in measured])
     room = 0.08 * max(float(np.ptp(friction)), 0.02)
     return np.linspace(np.min(friction) - room, np.max(friction) + room, 100)
 
 
 def law_curves(friction: Column, laws: Iterable[LawCoefficient]) -> Iterator[Curve]:
-    """Draw what laws give for effective k_D; only those that know it by friction alone."""
+    """Draw effective k_D of the laws under which it depends only on friction."""
     for law, best, interval in laws:
         if law in BY_FRICTION:
             factor = junction_factor(friction) if law == "sarkar" else np.ones_like(friction)

@@ -1,4 +1,4 @@
-"""What fits of wear coefficients, predictions and local wear have found, on a page."""
+"""Results of wear fits, predictions and local wear on a page."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -19,11 +19,11 @@ from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, shown, signed_share
 
 Steps: TypeAlias = Mapping[StepName, StepOutline]
-"""The steps a run has been through."""
+"""Outline of each completed step, by name."""
 
 
 class Told(NamedTuple):
-    """A result in words, numbers and tables; those without rows are not shown."""
+    """A result as text, numbers and tables; tables without rows are not shown."""
 
     sentence: str
     facts: tuple[Fact, ...] = ()
@@ -31,7 +31,7 @@ class Told(NamedTuple):
     tables: tuple[TextTable, ...] = ()
 
     def worded(self, words: Callable[[str], str]) -> "Told":
-        """Return the same in other words."""
+        """Return the same with a function applied to its texts."""
         return Told(
             words(self.sentence),
             tuple(Fact(words(fact.name), words(fact.value)) for fact in self.facts),
@@ -49,12 +49,12 @@ class Told(NamedTuple):
 
 
 def cells(*told: tuple[Quantity | None, str]) -> tuple[str, ...]:
-    """Return quantities as cells of a table, each in its unit."""
+    """Return quantities as table cells, each in its unit."""
     return tuple(shown(quantity, unit) or NOTHING for quantity, unit in told)
 
 
 _UNITS = {"m": "mm", "1": "%"}
-"""Units in which people read sizes and ratios."""
+"""Display units of sizes and ratios."""
 
 
 _OF_BODIES = (
@@ -62,11 +62,11 @@ _OF_BODIES = (
     ("wear volume", "wear_volume", "mm^3"),
     ("cross-sectional area of the wear track", "track_cross_section", "um^2"),
 )
-"""What else than its depth in the middle is stated of a body where it is predicted."""
+"""Predicted quantities of a body other than its depth in the middle."""
 
 
 def prediction_told(result: WearPrediction, _: Steps) -> Told:
-    """Report wear of each body at the wanted places."""
+    """Return the predicted wear of each body at the requested positions."""
     start = result.start
     return Told(
         str(result).splitlines()[0],
@@ -87,19 +87,22 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("relative error of the steps", None if result.step_error is None else signed_share(result.step_error)),
         ),
         result.notes,
-        (_points("predicted", result.prediction), _points("where the wear depths are reached", result.reached)),
+        (
+            _points("predicted", result.prediction),
+            _points("points at which the wear depths are reached", result.reached),
+        ),
     )
 
 
 def _points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
-    """Return a table of places; what no place has, such as a slip, has no column."""
+    """Return a table of positions, without empty columns."""
     rows = [dict(_cells(one)) for one in points]
     columns = tuple(dict.fromkeys(name for row in rows for name in row))
     return TextTable(title, columns, tuple(tuple(row.get(name, NOTHING) for name in columns) for row in rows))
 
 
 def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
-    """Yield what is stated about a place, each with its head."""
+    """Yield the cells of a position, each with its column header."""
     if one.rotations is None:
         yield "sliding distance", one.sliding_distance.shown("m")
     else:
@@ -125,7 +128,7 @@ def _twice(half: Quantity) -> Quantity:
 
 
 def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
-    """Report local wear at the wanted places, with the GIWM."""
+    """Return local wear at the requested positions, compared with the GIWM."""
     pin = [one for one in result.points if isinstance(one, LocalPinPoint)]
     discs = [one for one in result.points if isinstance(one, LocalDiscPoint)]
     return Told(
@@ -150,7 +153,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
     )
 
 
-_LOCAL = ("wear depth", "with the GIWM", "difference", "peak pressure", "at the center", "on average")
+_LOCAL = ("wear depth", "GIWM wear depth", "difference", "peak pressure", "central pressure", "mean pressure")
 
 
 def _local_cells(one: LocalPinPoint | LocalDiscPoint) -> tuple[str, ...]:
@@ -188,11 +191,15 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
 
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
-_ENGINES: dict[WearEngine, str] = {"giwm": "GIWM, uniform pressure", "volume": "by shape", "local": "local pressure"}
+_ENGINES: dict[WearEngine, str] = {
+    "giwm": "GIWM, uniform pressure",
+    "volume": "from the wear volume and groove shape",
+    "local": "local pressure",
+}
 
 
 def wear_fit_told(result: WearFit, _: Steps) -> Told:
-    """Report k_D of each body with its budget and draws, by reading and by measurement alone, and what was fitted."""
+    """Return k_D of each body with budget and Monte Carlo results, k_D from each source, and fitted values."""
     return Told(
         str(result),
         facts(
@@ -206,7 +213,7 @@ def wear_fit_told(result: WearFit, _: Steps) -> Told:
 
 
 def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str | None]]:
-    """Yield what is known of the wear of one body."""
+    """Yield the results for the wear of one body."""
     of = spoken(name)
     yield f"k_D of the {of} ({law_title(fit.model)})", shown(body.wear_coefficient, WEAR_COEFFICIENT)
     yield "same value in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
@@ -217,13 +224,13 @@ def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str
 
 
 def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
-    """Yield what is known of the fit as a whole."""
+    """Yield the results for the whole fit."""
     samples, start = fit.effective_samples, fit.start
     yield "correlation between the two k_D values", None if fit.correlation is None else f"{fit.correlation:.2f}"
     yield "p-value of the difference", None if fit.p_value is None else f"{fit.p_value:.2g}"
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
-    yield "relation of depth and volume", _ENGINES[fit.engine]
+    yield "relation between wear depth and volume", _ENGINES[fit.engine]
     yield "distance per rotation", fit.distance_per_rotation
     yield "drift correction", None if fit.correction is None else _CORRECTIONS[fit.correction]
     yield "based on", fit.basis
@@ -234,7 +241,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
 
 
 def _tables(fit: WearFit) -> Iterator[TextTable]:
-    """Yield what was fitted, how each k_D is known, and k_D under other ways of counting the sliding distance."""
+    """Yield tables of fitted values, of k_D from each source, and of k_D under other distance conventions."""
     yield _fitted_values(fit)
     for name, body in fit.bodies.items():
         what = f"k_D of the {spoken(name)}"
@@ -272,7 +279,7 @@ def _budget(what: str, budget: Sequence[Contribution]) -> TextTable:
 
 
 def _signed(sensitivity: float) -> str:
-    """Write a sensitivity with its sign, "−1.00"; one that rounds to nothing without."""
+    """Format a sensitivity with its sign, "−1.00"; one that rounds to zero has no sign."""
     written = f"{sensitivity:+.2f}".replace("-", "−")
     return "0.00" if written[1:] == "0.00" else written
 
@@ -282,7 +289,7 @@ def _percent(share: float, decimals: int) -> str:
 
 
 def _drawn(what: str, body: BodyWear) -> TextTable:
-    """Return the interval that was drawn with that by first-order propagation."""
+    """Return the Monte Carlo interval with that from first-order propagation."""
     rows: list[tuple[str, ...]] = []
     if (draws := body.monte_carlo) is not None:
         stable = "" if draws.stable else " (not converged)"
@@ -296,7 +303,7 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
                 agrees,
             ),
             (
-                "first order, log-normal",
+                "first-order, log-normal",
                 shown(body.wear_coefficient, WEAR_COEFFICIENT) or NOTHING,
                 interval(draws.first_order_interval, WEAR_COEFFICIENT) or NOTHING,
                 "",
@@ -306,9 +313,9 @@ def _drawn(what: str, body: BodyWear) -> TextTable:
 
 
 def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
-    """Return k_D by the depth signal alone, by the post-test measurement alone, and as reported."""
+    """Return k_D from the depth signal alone, from the post-test measurement alone, and as reported."""
     known = (
-        ("depth signal alone", body.by_reading, "not trusted" if fit.basis == "measurement" else ""),
+        ("depth signal alone", body.by_reading, "not used" if fit.basis == "measurement" else ""),
         ("post-test measurement alone", body.by_measurement, ""),
         ("reported", body.wear_coefficient, fit.basis or "two-step correction"),
     )

@@ -1,1 +1,1 @@
-"""Reports in one HTML file that can be sent to someone."""
+"""Reports as single HTML files, for sending to others."""

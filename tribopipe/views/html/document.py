@@ -1,4 +1,4 @@
-"""Reports of runs and of a study: one HTML document that holds all it shows, and neither runs nor loads anything.
+"""Reports of runs and studies: self-contained HTML documents without scripts.
 
 It states what was tested in a sentence, what several runs state of the same things in one table, and every option that
 steps were given, with its default.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Stated(NamedTuple):
-    """What one run states of a thing: nothing where it should and does not."""
+    """The value of one item in a run; None if it is missing."""
 
     subject: str
     name: str
@@ -43,16 +43,16 @@ class Stated(NamedTuple):
 
 
 class Merged(NamedTuple):
-    """What several runs state of a thing."""
+    """The values of one item in several runs."""
 
     subject: str
     name: str
     values: Mapping[str | None, tuple[str, ...]]
-    """Ids of runs by what they state; by none, of those that do not."""
+    """Ids of runs by value; under None, those without a value."""
 
 
 def merged(by_run: Mapping[str, Iterable[Stated]]) -> list[Merged]:
-    """Put together what runs state, subject by subject, in the order in which things first appear."""
+    """Merge the values of runs by subject and item, in the order of first appearance."""
     found: dict[str, dict[str, dict[str | None, tuple[str, ...]]]] = {}
     for run_id, stated in by_run.items():
         for subject, name, value in stated:
@@ -65,21 +65,21 @@ class Option(NamedTuple):
     """One option as it was used."""
 
     name: str
-    """As a recipe has it: "wear.correction"."""
+    """Name in a recipe: "wear.correction"."""
     value: str
     default: str | None
-    """None for what no recipe states, such as the run that a prediction comes from."""
+    """None if it is not part of a recipe, such as the reference run of a prediction."""
     where: tuple[str, ...]
-    """Steps that used this value, where not all used the same."""
+    """Steps that used this value, if not all used the same."""
 
     @property
     def changed(self) -> bool:
-        """Whether it is another than the default."""
+        """Whether it differs from the default."""
         return self.default is not None and self.value != self.default
 
 
 def options_used(told: Mapping[str, Mapping[str, Any]]) -> list[Option]:
-    """Return what steps, by what people call them, were given."""
+    """Return the options of steps, by the displayed names of the steps."""
     defaults = dict(_flat(Recipe().model_dump(mode="json", by_alias=True)))
     found: dict[str, dict[str, tuple[str, ...]]] = {}
     for step, options in told.items():
@@ -102,7 +102,7 @@ def _flat(options: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, s
 
 
 def _written(value: Any) -> str:
-    """Write an option as a recipe would, in one line."""
+    """Format an option as in a recipe, on one line."""
     if isinstance(value, Mapping) and "unit" in value:
         return show(value["value"], value.get("standard_uncertainty"), value["unit"])
     if isinstance(value, list) and all(isinstance(one, Mapping) for one in value):
@@ -113,13 +113,13 @@ def _written(value: Any) -> str:
 
 
 def _preprocessing_step(step: Mapping[str, Any]) -> str:
-    """Write a step of preprocessing with what it was given."""
+    """Format a step of preprocessing with its options."""
     told = ", ".join(f"{name} = {_written(value)}" for name, value in step.items() if name != "step" and value)
     return f"{step.get('step', '')}{f' ({told})' if told else ''}"
 
 
 def test_sentence(runs: Sequence[RunOutline]) -> str:
-    """Report what was tested in some runs: bodies, environment, loads, and how far at what speed."""
+    """Return a sentence on what was tested: bodies, environment, loads, sliding distances and speeds."""
     bodies = _several(" on ".join(_bodies_of(run)) for run in runs if run.manifest.bodies)
     media = _several(run.manifest.conditions.medium for run in runs if run.manifest.conditions.medium)
     loads = _several(load_of(run) for run in sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value))
@@ -133,13 +133,13 @@ def test_sentence(runs: Sequence[RunOutline]) -> str:
 
 
 def conditions(run: RunOutline) -> str:
-    """Name a run by its load, and two discs by slip and rotations too."""
+    """Return the load of a run, and for two discs also slip and rotations."""
     found = run.manifest.slip
     return load_of(run) if found is None else f"{load_of(run)}, {_slip_words(found)} slip, {_rotations(run)} rotations"
 
 
 def load_of(run: RunOutline) -> str:
-    """Write the nominal load of a run without its uncertainty."""
+    """Format the nominal load of a run without its uncertainty."""
     return show_force(run.manifest.conditions.normal_load.value)
 
 
@@ -148,7 +148,7 @@ def _bodies_of(run: RunOutline) -> list[str]:
 
 
 def _course_of(runs: Sequence[RunOutline]) -> str:
-    """Report how far the runs went, and at what speed."""
+    """Return sliding distances and speeds of the runs."""
     slips = {run.manifest.id: found for run in runs if (found := run.manifest.slip) is not None}
     if slips:
         rolled = sorted(
@@ -188,7 +188,7 @@ class _FigureCard(NamedTuple):
 
 @dataclass(frozen=True)
 class _RunCard:
-    """All that is shown of one run."""
+    """Everything that is shown of one run."""
 
     page: RunPage
     outline: RunOutline
@@ -197,21 +197,21 @@ class _RunCard:
 
     @property
     def facts(self) -> list[Merged]:
-        """What run.toml states, as in a table of several runs."""
+        """Content of run.toml, for a table of several runs."""
         return merged({self.page.id: _facts(self.page)})
 
     @property
     def conditions(self) -> str:
-        """Its load; slip and rotations too of two discs."""
+        """Its load; for two discs also slip and rotations."""
         return conditions(self.outline)
 
 
 class _Check(NamedTuple):
-    """One item that a report customarily states, by all runs."""
+    """One item that is customarily reported, for all runs."""
 
     merged: Merged
     item: ReportingItem
-    """One of the runs', one without it if there is any."""
+    """The item of one run, preferably of a run for which it is missing."""
 
 
 GoOn: TypeAlias = Callable[[], object]
@@ -221,7 +221,7 @@ def _go_on() -> None: ...
 
 
 def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
-    """Return a report of runs as one HTML document, the same for the same content of the archive.
+    """Return a report of runs as one HTML document; the same archive gives the same document.
 
     ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
@@ -265,7 +265,7 @@ def _run_card(archive: Archive, run_id: str, numbers: Iterator[int], go_on: GoOn
 
 
 def _study_run(archive: Archive, run_id: str, result: StudyResult) -> _RunCard:
-    """Return a run with what the study stands on: of its wear fits those under the study's laws, no predictions."""
+    """Return a run with the steps used in the study: wear fits with the study's laws only, and no predictions."""
     page, outline = run_page(archive, run_id), archive.outline(run_id)
     others = {*PREDICTIONS.values(), *LOCAL_WEAR.values(), *WEAR_FITS.values()}
     others -= {WEAR_FITS[law.model] for law in result.laws}
@@ -277,12 +277,12 @@ def _study_run(archive: Archive, run_id: str, result: StudyResult) -> _RunCard:
 
 
 def _replicates(result: StudyResult) -> str | None:
-    """Report how many runs identify k_D and how they scatter; nothing where it is one."""
+    """Return the number of runs that identify k_D and their scatter; None for a single run."""
     law = result.laws[0]
     found = [body.between_runs for body in law.bodies.values()]
     scatter = [f"{100 * one.scatter:.2g} %" for one in found if one is not None]
     runs = sum(run.role == "fitted" for run in law.runs)
-    return f"{runs} runs, between which k_D scatters by {' and '.join(scatter)}" if scatter else None
+    return f"{runs} runs; between-run scatter of k_D: {' and '.join(scatter)}" if scatter else None
 
 
 def _facts(page: RunPage) -> Iterator[Stated]:
@@ -310,7 +310,7 @@ def _report(
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **shown: Any,
 ) -> str:
-    """Fill a template with what both reports show, and what is shown in addition."""
+    """Fill a template with the content common to both reports and additional content."""
     results = [step.result for run in runs for step in run.outline.steps.values()]
     methods = methods_used(Evidence([run.outline.manifest for run in runs], results, result))
     outlines, details = [run.outline for run in runs], addressed.details
@@ -336,12 +336,12 @@ def _report(
 
 
 def _told(runs: Sequence[_RunCard]) -> dict[str, Mapping[str, Any]]:
-    """Return what each step of each run was given, by run and step."""
+    """Return the options of each step of each run."""
     return {f"{run.page.id}, {stage.title}": stage.options for run in runs for stage in run.page.stages}
 
 
 def _checks(runs: Sequence[_RunCard]) -> list[_Check]:
-    """Return the customary items of reports, with the values that the runs state."""
+    """Return the items that are customarily reported, with the values of the runs."""
     stated = {run.page.id: [Stated(one.subject, one.name, one.value) for one in run.reporting] for run in runs}
     everything = sorted((one for run in runs for one in run.reporting), key=_is_missing)
     items = {(one.subject, one.name): one for one in everything}

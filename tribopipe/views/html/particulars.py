@@ -17,11 +17,11 @@ class Standard:
     """A standard test method."""
 
     number: str
-    """Such as ASTM G99."""
+    """Number, such as ASTM G99."""
     title: str
-    """What it is called."""
+    """Title."""
     own_parameters: str
-    """What its own parameters are compared by."""
+    """Published results with which tests under its own parameters can be compared."""
 
 
 STANDARDS: dict[str, Standard] = {
@@ -74,20 +74,20 @@ class Particular:
 
     name: str
     value: str | None
-    """None where it is missing."""
+    """None if it is missing."""
     key: str
-    """Where report.toml has it."""
+    """Its key in report.toml."""
 
 
 @dataclass(frozen=True)
 class Addressed:
-    """Particulars of a report, and whether it goes to a customer."""
+    """Particulars of a report, and whether it is for a customer."""
 
     details: ReportDetails | None = None
     logo: bytes | None = None
     logo_type: str = ""
     standard: StandardName | None = None
-    """Wins over that of the details."""
+    """Takes precedence over that in the details."""
     for_customer: bool = False
     """Without advice to the laboratory, its tags, notes and options."""
 
@@ -98,12 +98,12 @@ class Addressed:
 
     @property
     def page_label(self) -> Markup:
-        """The number of the report as CSS writes text: whatever is no letter, digit or hyphen by its code."""
+        """The number of the report as CSS text: all characters except letters, digits and hyphens by their code."""
         number = (self.details and self.details.number) or ""
         return Markup(re.sub(r"[^A-Za-z0-9-]", lambda found: f"\\{ord(found[0]):x} ", number))  # noqa: S704, escaped
 
     def standard_of(self, manifests: Sequence[RunManifest]) -> Standard:
-        """Return the standard asked for; otherwise that of the contact, or G133 where all runs reciprocate."""
+        """Return the requested standard, by default that of the contact, or G133 if all runs are reciprocating."""
         if asked := self.standard or (self.details and self.details.standard):
             return STANDARDS[asked]
         if all(manifest.conditions.stroke or manifest.conditions.frequency for manifest in manifests):
@@ -123,7 +123,7 @@ class Addressed:
 
 
 NOBODY = Addressed()
-"""A report of tests alone."""
+"""A report on tests only."""
 
 
 def _lines(details: ReportDetails, standard: Standard, manifests: Sequence[RunManifest]) -> Iterator[Particular]:
@@ -150,7 +150,7 @@ def _lines(details: ReportDetails, standard: Standard, manifests: Sequence[RunMa
 
 
 def _followed(details: ReportDetails, standard: Standard) -> str:
-    """State how far a test followed the standard, in one of the two ways that G99 asks for."""
+    """State to what extent the tests followed the standard, in one of the two ways required by G99."""
     if details.follows == "all particulars":
         said = f"The tests followed all particulars of {standard.number}"
         return f"{said}, except: {details.deviations}" if details.deviations else f"{said}."
@@ -162,7 +162,7 @@ def _followed(details: ReportDetails, standard: Standard) -> str:
 
 
 def _performed(manifests: Sequence[RunManifest]) -> str | None:
-    """Write the day of the tests, or the first and the last; none where a run states no start."""
+    """Format the date of the tests, or the first and the last; None if the start of a run is missing."""
     days = sorted(manifest.started.date().isoformat() for manifest in manifests if manifest.started is not None)
     if len(days) < len(manifests):
         return None

@@ -1,4 +1,4 @@
-r"""Rendering of reports: templates that escape what a lab wrote, MathML equations, SVG figures, and PDF.
+r"""Rendering of reports: templates that escape text from users, MathML equations, SVG figures, and PDF.
 
 Equations are written in the little of TeX that they need. Letters, numbers and signs stand for themselves; ``_`` and
 ``^`` with one of them or a group in braces; \frac{}{}, \sqrt{}, \text{} and \quad. So "k_D = \frac{V}{F_N s}" is a
@@ -40,12 +40,12 @@ _SCRIPTS = {"_": "msub", "^": "msup", "_^": "msubsup"}
 
 
 def mathml(source: str) -> Markup:
-    """Return an equation as a <math> element in a line of its own."""
+    """Return an equation as a <math> element on a separate line."""
     return Markup('<math display="block">{}</math>').format(_row(deque(_TOKEN.findall(source))))
 
 
 def _row(tokens: deque[str]) -> Markup:
-    """Take what stands up to a closing brace, or the end."""
+    """Parse up to a closing brace, or the end."""
     parts: list[Markup] = []
     while tokens and tokens[0] != "}":
         parts.append(_scripted(tokens))
@@ -55,7 +55,7 @@ def _row(tokens: deque[str]) -> Markup:
 
 
 def _scripted(tokens: deque[str]) -> Markup:
-    """Take one thing with its subscript and superscript."""
+    """Parse one item with its subscript and superscript."""
     parts, signs = [_one(tokens)], ""
     while tokens and tokens[0] in ("_", "^"):
         signs += tokens.popleft()
@@ -88,7 +88,7 @@ def _element(name: str, *parts: Markup) -> Markup:
 
 
 _KEPT = frozenset(("svg", "g", "defs", "path", "use", "text", "tspan", "rect", "clipPath", "image"))
-"""Elements that a drawing needs."""
+"""Elements that are kept in a drawing."""
 _ATTRIBUTES = frozenset(
     (
         *("id", "href", "d", "x", "y", "dx", "dy", "width", "height", "viewBox", "preserveAspectRatio", "transform"),
@@ -97,13 +97,13 @@ _ATTRIBUTES = frozenset(
 )
 _REFERENCE = re.compile(r"url\(#([^()]*)\)")
 _FONT = re.compile(r"font-family: [^;]*(; )?")
-"""Left to the page, which names a family for all texts alike."""
+"""Removed, since the page specifies one font family for all texts."""
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
-"""Characters that XML has no way to write."""
+"""Characters that XML cannot represent."""
 
 
 def inline_svg(figure: "Figure", name: str, label: str) -> Markup:
-    """Return a figure as an <svg> element whose ids begin with a name, and that a screen reader calls by a label."""
+    """Return a figure as an <svg> element whose ids begin with a name, with a label for screen readers."""
     drawing = ElementTree.fromstring(_CONTROL.sub("", _drawn(figure)))  # noqa: S314, matplotlib's own
     drawing = _plain_svg(drawing)
     _rename(drawing, name)
@@ -121,7 +121,7 @@ def _drawn(figure: "Figure") -> str:
 
 
 def _plain_svg(element: ElementTree.Element) -> ElementTree.Element:
-    """Copy an element without what a drawing does not need, and without namespaces."""
+    """Copy an element without unneeded parts and without namespaces."""
     attributes = {_local(name): value for name, value in element.attrib.items() if _local(name) in _ATTRIBUTES}
     copied = ElementTree.Element(_local(element.tag), {name: _short(value) for name, value in attributes.items()})
     copied.text = element.text if copied.tag in ("text", "tspan") else None
@@ -137,12 +137,12 @@ def _local(name: str) -> str:
 
 
 def _short(value: str) -> str:
-    """Write a path, style or picture in one line."""
+    """Write a path, style or picture on one line."""
     return _FONT.sub("", " ".join(value.split())).replace("base64, ", "base64,")
 
 
 def _rename(drawing: ElementTree.Element, name: str) -> None:
-    """Give what is referred to an id of its own, drop all other ids, and references to anything outside."""
+    """Rename ids that are referred to, and remove all other ids and external references."""
     targets = {target for element in drawing.iter() for target in _targets(element)}
     known = [element.get("id", "") for element in drawing.iter() if element.get("id") in targets]
     ids = {old: f"{name}-{number}" for number, old in enumerate(dict.fromkeys(known))}
@@ -160,7 +160,7 @@ def _rename(drawing: ElementTree.Element, name: str) -> None:
 
 
 def _targets(element: ElementTree.Element) -> Iterator[str]:
-    """Name the ids that an element refers to."""
+    """Yield the ids that an element refers to."""
     if element.get("href", "").startswith("#"):
         yield element.get("href", "")[1:]
     for value in element.attrib.values():
@@ -170,13 +170,13 @@ def _targets(element: ElementTree.Element) -> Iterator[str]:
 _UNSEEN = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
 )
-"""Characters that show as nothing, or turn the order of others around."""
+"""Characters that are invisible, or reverse the order of others."""
 _SYMBOL = re.compile(r"\b([kEFRKha])_(D|n|N|P|Ic|end|s|x|z|c)\b")
 _LOWER_WORD = re.compile(r"[a-z]{2,}\b")
 
 
 def rendered(template: str, **shown: Any) -> str:
-    """Fill a template; it also gets the program and its version, and a count of its tables."""
+    """Fill a template, including the program with its version and a counter of tables."""
     program, next_table = f"tribopipe {VERSION}", partial(next, count(1))
     return _environment().get_template(template).render(program=program, next_table=next_table, **shown)
 
@@ -196,12 +196,12 @@ def _environment() -> Environment:
 
 
 def _visible(value: Any) -> Any:
-    """Make characters seen that would show as nothing; markup of tribopipe is left alone."""
+    """Make invisible characters visible; markup by tribopipe is unchanged."""
     return _UNSEEN.sub("\ufffd", value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
 def _symbols(text: str) -> Markup:
-    """Write k_D and its like with a subscript."""
+    """Write k_D and similar symbols with a subscript."""
     return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(_visible(text)))))  # noqa: S704, escaped
 
 
@@ -214,7 +214,7 @@ def _moment(date: str) -> str:
 
 
 def _sentence(text: str) -> str:
-    """Begin a text with a capital, but for symbols such as k_D and μ."""
+    """Begin a text with a capital letter, except symbols such as k_D and μ."""
     return text[:1].upper() + text[1:] if _LOWER_WORD.match(text) else text
 
 
@@ -235,13 +235,13 @@ _ELSEWHERE = {
         "Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
     ),
 }
-"""Where installers put browsers that no PATH names, below the folders of programs."""
+"""Locations of browsers that are not on PATH, below the program folders."""
 _LONGEST = 180
-"""How long a browser may take, s."""
+"""Longest time that a browser may take, s."""
 
 
 def printed(document: str) -> bytes:
-    """Return an HTML document that loads nothing as PDF.
+    """Return a self-contained HTML document as PDF.
 
     Raises
     ------
@@ -251,8 +251,8 @@ def printed(document: str) -> bytes:
     browser = next(_browsers(), None)
     if browser is None:
         raise TribopipeError(
-            "report: found no Chromium, Chrome or Edge; expected one of them to make the PDF; install one, or leave "
-            "out --pdf and print the HTML file from any browser"
+            "report: found no Chromium, Chrome or Edge; expected one of them to create the PDF; install one, or omit "
+            "--pdf and print the HTML file from any browser"
         )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page, pdf = Path(folder, "report.html"), Path(folder, "report.pdf")
