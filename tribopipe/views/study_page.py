@@ -99,7 +99,8 @@ def _lives(law: LawResult) -> Iterator[str]:
             first, unit = spoken(next(iter(law.bodies))), life.place.unit
             place = f"after {life.place} rotations" if unit == "1" else f"at {life.place.shown(unit)}"
             ends = interval(life.interval, unit)
-            yield f"{verdict.id}: its {first} reaches {life.wear_depth.shown('um')} {place} (95 % CI: {ends})"
+            reached = f"the {first} reaches a wear depth of {life.wear_depth.shown('um')} {place}"
+            yield f"{verdict.id}: {reached} (95 % CI: {ends})"
 
 
 def _verdicts(law: LawResult) -> TextTable:
