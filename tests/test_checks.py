@@ -139,6 +139,12 @@ def unsigned(run):
     return replace(run, columns={**run.columns, **{name: np.abs(run.columns[name]) for name in names}})
 
 
+def appended(run, other):
+    """Put the samples of another run behind those of a run."""
+    columns = {name: np.concatenate([values, other.columns[name]]) for name, values in run.columns.items()}
+    return replace(run, columns=columns)
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -332,6 +338,18 @@ CASES = {
         "depth",
         samples_set("depth", slice(1, None), 1e-6),
     ),
+    "clipped_signal": (
+        "warning",
+        both(measured("depth"), column("depth", lambda depth: np.minimum(depth, np.percentile(depth, 90)))),
+        "depth",
+        both(measured("depth"), column("depth", lambda depth: np.round(depth, 6))),
+    ),
+    "contact_lost": (
+        "warning",
+        both(without("normal_force"), samples_set("friction_force", slice(100), 1e-4)),
+        "friction_force",
+        samples_set("friction_force", slice(100), 0.02),
+    ),
     "friction_sign": (
         "warning",
         there_and_back(60),
@@ -434,6 +452,25 @@ CASES = {
 
 # What else a check must find.
 MORE = {
+    "recording exported twice": ("repeated_samples", lambda run: appended(run, run), "time"),
+    "peaks of the load cell": (
+        "load_not_nominal",
+        samples_set("normal_force", slice(100, 120), 4.0),
+        "normal_force",
+    ),
+    "motor that stands still": (
+        "channels_disagree",
+        both(
+            manifest(conditions__track_radius="8 mm"),
+            extra("Speed", "rpm", lambda time: 477.5 * (time < time[-1] / 2)),
+        ),
+        "Speed",
+    ),
+    "losses of the intervals": (
+        "wear_decreases",
+        manifest(interruptions=weighings(2.0, 2.1, 1.9, 2.05), end_values__pin_wear_volume=volume(2.0)),
+        "interruptions, end_values of the pin",
+    ),
     "no time passes": ("axis_constant", samples_set("time", slice(None), 3.0), "time"),
     "no end value": ("missing_input", manifest(end_values={}), "end_values"),
     "depth counts down": ("implausible_depth", column("depth", np.negative), "depth"),
@@ -451,6 +488,14 @@ MORE = {
     "speed by the clock": (
         "distance_not_planned",
         both(measured("sliding_distance"), column("time", lambda time: time * 2)),
+        "sliding_speed",
+    ),
+    "speed by the rotations": (
+        "distance_not_planned",
+        lambda run: replace(
+            column("time", lambda time: time * 2)(run),
+            origins={**run.origins, "sliding_distance": "derived from rotations"},
+        ),
         "sliding_speed",
     ),
     "kg/m³ as g/cm³": (
@@ -514,6 +559,19 @@ def unloaded_half(run):
 
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "strokes under load": (
+        "contact_lost",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.9)),
+    ),
+    "two steps of one test": ("repeated_samples", lambda run: appended(run, column("depth", lambda d: d + 1e-5)(run))),
+    "load in a long loading ramp": (
+        "load_not_nominal",
+        column("normal_force", lambda load: load * np.minimum(1, np.arange(len(load)) / 100)),
+    ),
+    "running-in before steady wear": (
+        "wear_decreases",
+        manifest(interruptions=weighings(4.0, 4.7, 5.4, 6.1), end_values__pin_wear_volume=volume(6.8)),
+    ),
     "half of the run without contact": ("load_not_nominal", unloaded_half),
     "unzeroed load, half of the run without contact": (
         "load_sign",

@@ -1,9 +1,11 @@
 """Checks of inputs against what the material, the ball, the contact and the recording make likely."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import NamedTuple
+
+import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
@@ -20,6 +22,7 @@ from tribopipe.evaluation.measurements.specific_wear import CLEARLY, specific_we
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
+from tribopipe.results.specific_wear import WearInterval
 
 _FAR_OFF = 10.0
 """Factor beyond its range from which a modulus is taken to be in a wrong unit."""
@@ -34,6 +37,9 @@ _ELASTIC = 0.05
 if it exceeds the uncertainty of the volume."""
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
+_FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
+"""Intervals from which on losses of intervals are told from totals: largest over smallest rate if they are losses, and
+lowest over first rate if they are totals."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
     *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
@@ -241,7 +247,15 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         return
     with suppress(ContactError, FitError):
         for name, body in specific_wear(cleaned.run).bodies.items():
-            for interval in body.intervals or ():
+            if _are_increments(body.intervals):
+                yield Trouble(
+                    f"interruptions, end_values of the {spoken(name)}",
+                    "found about the same wear in all measurements for the distance of each interval; expected the "
+                    "total wear since the start of the test in each measurement",
+                    "add up the values if each is the loss since the previous measurement",
+                )
+                continue
+            for interval in body.intervals:
                 gained = -interval.volume.value
                 if gained > CLEARLY * (interval.volume.standard_uncertainty or 0.0) and gained > 0:
                     yield Trouble(
@@ -250,6 +264,17 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                         "expected the total wear since the start of the test in each measurement",
                         "add up the values if each is the loss since the previous measurement",
                     )
+
+
+def _are_increments(intervals: Sequence[WearInterval]) -> bool:
+    """Return whether wear is steady if each measurement is the loss of its interval, and far from it if a total is."""
+    lengths = np.array([interval.end.value - interval.start.value for interval in intervals])
+    losses = np.array([interval.volume.value for interval in intervals])
+    if len(losses) < _FEWEST_INTERVALS or not losses[0] > 0 or not np.all(lengths > 0):
+        return False
+    rates, as_increments = losses / lengths, np.cumsum(losses) / lengths
+    steady = float(np.max(as_increments)) <= _STEADY * float(np.min(as_increments))
+    return steady and float(np.min(rates)) < _FALLEN * float(rates[0])
 
 
 @check_cleaned("warning")

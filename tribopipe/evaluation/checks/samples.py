@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
@@ -13,7 +14,7 @@ from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
-from tribopipe.evaluation.load_and_friction import recorded_load
+from tribopipe.evaluation.load_and_friction import load_path, recorded_load
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
@@ -38,6 +39,14 @@ _OFF_PLAN = 0.05
 """Share of the planned distance or rotations by which a test may end elsewhere."""
 _DEAD = 0.5
 """Share of samples of exactly zero from which on a channel of friction was off."""
+_FEWEST_COPIED, _COPIED = 16, 0.9
+"""Samples, and their share that is the same, from which on one part of a recording is a copy of another."""
+_CLIPPED, _PILED_UP = 0.02, 5.0
+"""Share of the samples at the end of a range, and multiple of those next to it, from which on a sensor is clipped."""
+_WITHOUT_FRICTION, _LOST = 0.05, 0.03
+"""Share of the usual friction below which bodies do not touch, and that of ∫F_N ds from which on it is reported."""
+_PARTS = 100
+"""Parts of a recording in which friction is compared with the usual."""
 _FITTING = 0.25
 """Share of the wear within which a rise is that wear."""
 _AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
@@ -241,6 +250,15 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             f"the {counts} load is used for friction and wear; check normal_load, and the unit and zero of the load "
             "cell",
         )
+    elif (excess := float(np.mean(load)) - median) > allowed:
+        yield Trouble(
+            "normal_force",
+            f"found a mean of {_shown('normal_force', median + excess)} and a median of "
+            f"{_shown('normal_force', median)} under load; expected them to agree within three standard uncertainties "
+            "or 2 %",
+            'the mean is used for wear; if the peaks are faults of the load cell, add the step "mask" with '
+            "limits.normal_force",
+        )
 
 
 def _in_another_unit(run: RawRun, cleaned: CleanedRun) -> bool:
@@ -288,6 +306,27 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
             "once",
             "check for rows exported twice",
         )
+    copies = _copies(run)
+    if copies:
+        yield Trouble(
+            "time",
+            f"found the rows from {run.numbered(copies[0])} on to repeat those at the start of the recording; expected "
+            "each sample once",
+            "delete the copy: its sliding distance is counted again",
+        )
+
+
+def _copies(run: RawRun) -> list[int]:
+    """Return where time restarts and every measured signal repeats what it was from the first sample on."""
+    starts, measured = segments(run.columns["time"]).starts, [values for _, values in _measured(run)]
+    moving = any(np.ptp(values[np.isfinite(values)]) > 0 for values in measured[1:] if np.any(np.isfinite(values)))
+    return [start for start in starts if moving and _same(measured, start)]
+
+
+def _same(measured: list[Column], start: int) -> bool:
+    count = min(start, len(measured[0]) - start)
+    same = [np.isclose(values[:count], values[start : start + count], equal_nan=True) for values in measured]
+    return count >= _FEWEST_COPIED and float(np.mean(np.all(same, axis=0))) > _COPIED
 
 
 @check("warning")
@@ -318,6 +357,53 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
         found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
         if found is not None:
             yield Trouble(name, f"found {found}; expected a varying signal", "check whether the channel was on")
+
+
+@check("warning")
+def clipped_signal(run: RawRun) -> Iterator[Trouble]:
+    """Find depth or friction that reaches the end of its range, where samples pile up at one value."""
+    for name, values in _measured(run):
+        if name not in ("depth", "friction_force", "friction_coefficient"):
+            continue
+        levels, counts = np.unique(values[np.isfinite(values)], return_counts=True)
+        for end, beside in ((-1, -2), (0, 1)):
+            if len(levels) > 2 and levels[end] != 0 and _piled_up(counts, end, beside):
+                yield Trouble(
+                    name,
+                    f"found {_shown(name, levels[end])}, the {'highest' if end else 'lowest'} value, in "
+                    f"{100 * counts[end] / np.sum(counts):.0f} % of the samples; expected few samples with this value",
+                    "check whether the sensor or its amplifier was saturated: larger changes were not recorded",
+                )
+
+
+def _piled_up(counts: NDArray[np.intp], end: int, beside: int) -> bool:
+    return bool(counts[end] > max(_CLIPPED * np.sum(counts), _PILED_UP * counts[beside]))
+
+
+@check_cleaned("warning")
+def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find parts of a test that count as sliding under load, but have no friction."""
+    names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
+    friction = next((run.columns[name] for name in names if name in run.columns), None)
+    slid = cleaned.run.sliding_distance
+    if friction is None or run.manifest.rolls or len(run) < _PARTS or not np.all(np.isfinite(slid)):
+        return
+    ends_of_range = np.nanpercentile(friction, [5, 95]) if np.any(np.isfinite(friction)) else np.zeros(2)
+    zero = float(np.mean(ends_of_range)) if run.manifest.conditions.stroke is not None else 0.0
+    parts = np.array_split(np.abs(friction - zero), _PARTS)
+    sizes = np.array([np.percentile(seen, 90) if len(seen := part[np.isfinite(part)]) else np.inf for part in parts])
+    ends = np.cumsum([0, *map(len, parts)]).clip(max=len(run) - 1)
+    worked = np.diff(load_path(cleaned.run, slid[ends]))
+    without = sizes < _WITHOUT_FRICTION * np.median(sizes)
+    lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
+    if lost > _LOST:
+        yield Trouble(
+            "friction_force",
+            f"found hardly any friction over {100 * lost:.0f} % of the sliding distance, first from "
+            f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
+            "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
+            "about this fraction",
+        )
 
 
 @check_cleaned("warning")
@@ -493,7 +579,8 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
             f"correct {progress.signal} if the test was stopped early",
         )
     duration = float(time[-1] - time[0]) if len(time) > 1 else 0.0
-    both = run.origins["time"] == run.origins[progress.signal] == "measured"
+    counted = run.origins[progress.signal] in ("measured", "derived from rotations")
+    both = run.origins["time"] == "measured" and counted
     if speed is not None and both and duration > 0:
         travel = 1.0 if manifest.contact is None else manifest.contact.travel
         mean = float(axis[-1] - axis[0]) * travel / duration
