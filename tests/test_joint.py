@@ -208,6 +208,20 @@ def test_each_interruption_makes_the_coefficient_more_certain(run_id, spread):
         assert abs(coefficient_error(fit.wear_coefficient, truth)) < 2.5 * relative(fit.wear_coefficient)
 
 
+@pytest.mark.parametrize(("factor", "codes"), [(1.0, []), (1.2, ["wear_rate_changes"]), (0.8, ["wear_rate_changes"])])
+def test_interruption_that_contradicts_the_end_leaves_k_d_to_the_measurement_at_the_end(factor, codes):
+    truth, raw = virtual("si3n4-air-400mN")
+    raw = with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], 100e-9))
+    stop = stop_at(truth, 100.0, 100e-9, remounted=True)
+    moved = stop.pin_wear_depth.model_copy(update={"value": factor * stop.pin_wear_depth.value})
+    raw = with_stops(raw, stop.model_copy(update={"pin_wear_depth": moved}))
+    fit = fit_wear(correct_drift(raw, GIWM), recipe=MODEL)
+    found = fit.first.wear_coefficient
+    assert abs(coefficient_error(found, truth)) < 2.5 * relative(found)
+    assert [one.code for one in fit.findings if "after 100 m" in one.message] == codes
+    assert fit.basis == ("measurement" if codes else "reading and measurement")
+
+
 def test_interruption_without_a_measurement_changes_nothing():
     _, raw = virtual("si3n4-air-200mN", sensors={"sampling_rate": HERTZ})
     stop = Interruption(sliding_distance=Quantity(value=200.0, unit="m"))

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from statistics import NormalDist
 from typing import Self
 
 import numpy as np
@@ -24,6 +25,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.joint import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.problem import Tangent, WearProblem
@@ -38,6 +40,8 @@ _COMPARED = 4_000
 _SEED = 1
 _LEAST_SHARE = 0.5
 """Wear assumed for a measurement that shows no wear, as a share of its standard uncertainty."""
+_COURSE_IS_KNOWN = 0.02
+"""Share of the wear depth by which the course between measurements may differ from a law that holds."""
 _MOST_PASSES = 8
 _NEARLY = 0.1
 """Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
@@ -144,7 +148,34 @@ class DepthProblem(WearProblem):
         """Source of k_D."""
         if not self.measured_after:
             return "reading"
-        return "reading and measurement" if abs(self.deviation) <= MOST_DEVIATION else "measurement"
+        trusted = abs(self.deviation) <= MOST_DEVIATION and self.contradicting_stop is None
+        return "reading and measurement" if trusted else "measurement"
+
+    @cached_property
+    def contradicting_stop(self) -> tuple[float, float] | None:
+        """Sliding distance, m, of the interruption whose measurement differs most from what the one at the end means.
+
+        With the difference in standard uncertainties. None where they agree: the more interruptions, the further apart
+        they may be by chance.
+        """
+        end, *stops = self.reading.measured or (None,)
+        if end is None or not stops:
+            return None
+        step = np.asarray([0.0, -end.uncertainty, end.uncertainty])
+        found = []
+        for place, stop in zip(self._measured_stops, stops, strict=True):
+            expected, low, high = stop.course(np.maximum(end.depth + step, _LEAST_SHARE * end.uncertainty))
+            spread = math.hypot(stop.uncertainty, (high - low) / 2, _COURSE_IS_KNOWN * expected)
+            found.append((place, float(stop.depth - expected) / spread))
+        furthest = max(found, key=lambda one: abs(one[1]))
+        most = NormalDist().inv_cdf(1 - NormalDist().cdf(-MOST_DEVIATION) / len(found))
+        return furthest if abs(furthest[1]) > most else None
+
+    @property
+    def _measured_stops(self) -> list[float]:
+        """Sliding distances of the interruptions at which the pin was measured, m."""
+        stops = enumerate(self.run.manifest.interruptions)
+        return [stop.place for number, stop in stops if end_wear(self.run, self.recipe.uncertainty, number) is not None]
 
     @cached_property
     def deviation(self) -> float:

@@ -82,8 +82,10 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     """Return what speaks against k_D of a run, the gravest first; ``two_step`` is k_D where that is of two steps."""
     if not problem.measured_after:
         yield _by_sensor_alone(problem)
-    elif problem.basis == "measurement":
+    elif abs(problem.deviation) > MOST_DEVIATION:
         yield _reading_not_trusted(problem, two_step)
+    if problem.contradicting_stop is not None:
+        yield _stop_contradicts(problem.law.title, *problem.contradicting_stop)
     if two_step is not None:
         yield from _two_step_differs(problem, two_step)
     if shape_is_rejected(problem.posterior):
@@ -214,6 +216,16 @@ def _reading_not_trusted(problem: DepthProblem, two_step: Quantity | None) -> Fi
             f"{_consequence(two_step)}"
         ),
         remedy="check for thermal drift, wear of the counterbody, wrong units, and a radius given as a diameter",
+    )
+
+
+def _stop_contradicts(law: str, place: float, deviation: float) -> Finding:
+    return _finding(
+        "wear_rate_changes",
+        f"under {law}, the pin wear measured after {show(float(f'{place:.4g}'), None, 'm')} is {abs(deviation):.1f} "
+        f"standard uncertainties {'larger' if deviation > 0 else 'smaller'} than expected from the measurement at the "
+        "end; k_D is from the measurement at the end, the mean over the test",
+        "check both measurements; if they are correct, divide the test there, or fit a law with running-in",
     )
 
 
