@@ -171,6 +171,15 @@ def _entry(name: str, kind: int, start: int, size: int, child: int = 0xFFFFFFFF)
     )
 
 
+def mat(variables: Mapping[str, Any]) -> bytes:
+    """Make a MAT-file as MATLAB 7 saves it, always with the same date."""
+    from scipy.io import savemat
+
+    content = io.BytesIO()
+    savemat(content, dict(variables), do_compression=True, oned_as="column")
+    return content.getvalue()[:20].ljust(116) + content.getvalue()[116:]
+
+
 def tdms(*segments: Mapping[str, Mapping[str, tuple[Any, Mapping[str, Any]]]], **properties: Any) -> bytes:
     """A TDMS file: for each segment the groups with channels, each of values and properties."""
     from nptdms import ChannelObject, RootObject, TdmsWriter

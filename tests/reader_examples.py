@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from built_files import archived, ods, tdms, xls, xlsx
+from built_files import archived, mat, ods, tdms, xls, xlsx
 
 from tribopipe.readers.conformance import Example
 
@@ -19,6 +19,12 @@ SHEET = [["Run 5", None], ["Time [s]", "Ft"], [None, "mN"], [0.0, 1.5], [0.1, -2
 SHEET_HOLDS = {"rows": 3, "columns": {"Time [s]": "s", "Ft": "mN"}, "encoding": None}
 WAVE = {"wf_increment": 0.5, "wf_start_offset": 0.0, "wf_start_time": np.datetime64("2022-05-12T12:21:58")}
 FORCES = {"Fz": (np.array([5.25, 5.5, 5.75]), WAVE | {"unit_string": "N"}), "Ft": (np.array([1, 2, 3]), WAVE)}
+
+VECTORS = {
+    "time_s": np.array([0.0, 0.5, 1.0]),
+    "Ft_mN": np.array([1.5, -2.5, 3.5]),
+    "wear_um": np.array([0.25, 0.5, 0.75]),
+}
 
 
 @cache
@@ -268,6 +274,17 @@ EXAMPLES: dict[str, list[Example]] = {
             facts={"operator": "N. N.", "started": "2022-05-12T12:21:58+00:00"},
             encoding=None,
             permuted=tdms({"Test": dict(reversed(FORCES.items()))}, author="N. N."),
+        )
+    ],
+    "matlab": [
+        Example(
+            "run.mat",
+            mat(VECTORS | {"load_N": 5.0, "operator": "N. N."}),
+            rows=3,
+            columns={"time_s": "s", "Ft_mN": "mN", "wear_um": "um"},
+            values={"Ft_mN": [1.5, -2.5, 3.5]},
+            encoding=None,
+            permuted=mat(dict(reversed(VECTORS.items())) | {"load_N": 5.0, "operator": "N. N."}),
         )
     ],
     "workbook": [

@@ -15,7 +15,7 @@ from tribopipe.readers.reader import Hints, readers
 from tribopipe.results.run import SourceFile
 
 PROGRAM = Path(__file__).with_name("fuzz_readers.py")
-OTHERS_DO_THE_READING = ("workbook", "tribopipe-hdf5")
+OTHERS_DO_THE_READING = ("workbook", "matlab", "tribopipe-hdf5")
 """These start a process for each file, so that coverage shows nothing and files are few."""
 IN_PROCESS = [name for name in EXAMPLES if name not in OTHERS_DO_THE_READING]
 

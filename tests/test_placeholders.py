@@ -35,7 +35,7 @@ PLAIN = ["NaN", "nan", "NA"]
 JUNK = ["8.0.1", "59.84.1", "12:30:05", "5N", "abc"]
 FIRST = ("OVL", "---", "1.#INF", "NaN", "8.0.1")
 """One of each kind; the others are left to the slow tests."""
-BINARY = {"ni-tdms", "workbook", "tribopipe-hdf5", "surface-topography"}
+BINARY = {"ni-tdms", "workbook", "matlab", "tribopipe-hdf5", "surface-topography"}
 """Readers of files that are no text; of the first two, files are made here, and the others hold numbers as such."""
 _NUMBERS = [re.compile(rf"\d+(?:{sign}\d+)?(?:[eE][+-]?\d+)?") for sign in (r"\.", ",")]
 

@@ -15,16 +15,13 @@ from tribopipe.readers.fields import is_mostly_numbers, together
 from tribopipe.readers.reader import ReadColumn, Reader, ReadTable
 from tribopipe.readers.tables import bare_name
 
-WORKBOOK = "workbook"
-"""Name of the reader of files that have sheets."""
-
 
 def refuse_sheet(sheet: str | None, reader: Reader, file: str) -> None:
     """Raise ``ReaderError`` where a sheet is named of a file that has none."""
-    if sheet is not None and reader.name != WORKBOOK:
+    if sheet is not None and not hasattr(reader, "sheets"):
         raise ReaderError(
             f"{file}: found the sheet {sheet!r} specified for a file of the format {reader.name}, which has no sheets; "
-            "expected a workbook; remove the sheet"
+            "expected a workbook or a MAT-file; remove the sheet"
         )
 
 

@@ -20,6 +20,7 @@ from tribopipe.documents.manifest import SignalFile
 from tribopipe.readers.column_mapping import Part, find_column
 from tribopipe.readers.draft.known_values import Known, run_key, shared_key, toml
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
+from tribopipe.readers.formats.matlab import MatlabReader
 from tribopipe.readers.formats.workbook import WorkbookReader
 from tribopipe.readers.profiles import tells_axes
 from tribopipe.readers.reader import Hints, ReadColumn, detect
@@ -126,10 +127,10 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
         )
     source = open_export(files[0])
     found = detect(source, holds="signals") if reader is None else chosen_reader(reader)
-    if not isinstance(found, WorkbookReader):
+    if not isinstance(found, WorkbookReader | MatlabReader):
         raise ReaderError(
-            f"{source.name}: found a file of the format {found.name}; expected a workbook, since --each-sheet "
-            "applies to its sheets; remove --each-sheet"
+            f"{source.name}: found a file of the format {found.name}; expected a workbook or a MAT-file, since "
+            "--each-sheet applies to sheets and structs; remove --each-sheet"
         )
     return found.sheets(source, Hints())
 

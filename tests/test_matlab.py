@@ -1,0 +1,109 @@
+"""MAT-files: vectors of the workspace and of structs as columns, structs as tests, scalars as header."""
+
+import numpy as np
+import pytest
+from built_files import mat
+
+from tribopipe.base.errors import ReaderError
+from tribopipe.readers.draft.folder import Wanted, make_runs
+from tribopipe.readers.formats.matlab import MatlabReader
+from tribopipe.readers.header_facts import header_facts
+from tribopipe.readers.reader import Hints, ReadTable
+from tribopipe.results.run import SourceFile
+
+READER = MatlabReader()
+N = 40
+TIME = np.arange(N) / 10
+
+
+def read(content: bytes, sheet: str | None = None) -> ReadTable:
+    return READER.read(SourceFile("run.mat", content), Hints(sheet=sheet))
+
+
+def recorded(load: float = 5.0) -> dict[str, np.ndarray]:
+    return {"time_s": TIME, "Fn_N": np.full(N, load), "Ft_N": 0.4 * load + 0.01 * TIME, "wear_um": TIME}
+
+
+def columns(table: ReadTable) -> dict[str, list[float]]:
+    return {column.name: column.values.tolist() for column in table.columns}
+
+
+@pytest.mark.parametrize("variables", [recorded(), {"run": recorded()}, {"lab": {"run": {"data": recorded()}}}])
+def test_vectors_are_columns_wherever_they_are(variables):
+    table = read(mat(variables))
+    assert columns(table) == {name: values.tolist() for name, values in recorded().items()}
+    assert [column.unit for column in table.columns] == ["s", "N", "N", "um"]
+
+
+def test_rows_are_columns_too_and_integers_are_numbers():
+    table = read(mat({"t": TIME[np.newaxis], "n": np.arange(N, dtype="int16")[:, np.newaxis]}))
+    assert columns(table) == {"t": TIME.tolist(), "n": list(range(N))}
+
+
+@pytest.mark.parametrize("names", [np.array(["Time", "Ft [N]"], dtype=object), np.array(["Time  ", "Ft [N]"])])
+def test_matrix_next_to_the_names_of_its_columns(names):
+    data = np.column_stack([TIME, 2 * TIME])
+    assert columns(read(mat({"data": data, "colheaders": names}))) == {
+        "Time": TIME.tolist(),
+        "Ft [N]": (2 * TIME).tolist(),
+    }
+
+
+def test_numbers_and_texts_are_the_header_with_those_outside():
+    content = mat({"operator": "N. N.", "run": {"info": {"load_N": 5.0, "ball_diameter_mm": 6.0}, "data": recorded()}})
+    assert header_facts(read(content).header).facts == {
+        "operator": "N. N.",
+        "conditions.normal_load": "5.0 N",
+        "contact.pin.diameter": "6.0 mm",
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        *(("time_s", "s"), ("t_s", "s"), ("Ft_N", "N"), ("dist_m", "m"), ("wear_um", "um"), ("v_mps", "m/s")),
+        *(("F_N", None), ("mu_s", None), ("h_m", None), ("F_t", None), ("F_g", None), ("v_max", None)),
+    ],
+)
+def test_unit_at_the_end_of_a_name_unless_it_may_be_an_index(name, unit):
+    table = read(mat({"a": TIME, name: TIME}))
+    assert table.columns[1].unit == unit
+
+
+def test_vectors_of_other_lengths_are_left_out_with_a_note():
+    table = read(mat(recorded() | {"calibration": np.arange(7.0)}))
+    assert "calibration" not in columns(table)
+    assert table.notes == ("the vector 'calibration' has another length and is omitted",)
+
+
+def test_structs_of_an_array_are_tests(tmp_path):
+    runs = np.array([{"load_N": load, "data": recorded(load)} for load in (5.0, 10.0)], dtype=object)
+    content = mat({"runs": runs})
+    with pytest.raises(ReaderError, match=r"'runs\(1\)\.data' and 'runs\(2\)\.data'; expected one test"):
+        read(content)
+    assert columns(read(content, "runs(2).data"))["Fn_N"][0] == 10
+    with pytest.raises(ReaderError, match=r"found no sheet 'runs\(3\)'"):
+        read(content, "runs(3)")
+    (tmp_path / "a.mat").write_bytes(content)
+    made = make_runs(Wanted([tmp_path / "a.mat"], into=tmp_path / "runs", each_sheet=True))
+    assert [one.folder.name for one in made] == ["a-runs-1-data", "a-runs-2-data"]
+    assert all((one.lacks, one.problem) == ((), None) for one in made)
+    loads = [(one.folder / "run.toml").read_text(encoding="utf-8") for one in made]
+    assert 'normal_load = "5.0 N"' in loads[0]
+    assert 'normal_load = "10.0 N"' in loads[1]
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512), r"version 7\.3; expected version 7 or earlier; save it"),
+        (mat({"a": 1.0, "b": TIME}), "no two vectors of equal length"),
+        (mat({"a": np.zeros((3, 3))}), "no two vectors of equal length"),
+        (mat(recorded())[:-5], "which end within a variable"),
+        (mat(recorded())[:200], "which end within a variable"),
+        (b"MATLAB 5.0 MAT-file".ljust(128) + b"\xff" * 64, "which end within a variable"),
+    ],
+)
+def test_what_holds_no_table_is_refused_in_one_sentence(content, said):
+    with pytest.raises(ReaderError, match=rf"^run\.mat: .*{said}"):
+        read(content)
