@@ -2,7 +2,8 @@
 
 What the reader finds by itself, and the manifest's word overrides:
 
-* encoding: byte order marks, UTF-16 without one, strict UTF-8, then cp1252, then latin-1;
+* encoding: byte order marks, UTF-16 without one, strict UTF-8, then a Chinese or Japanese one in which a word of
+  tribometers stands, cp1252, latin-1;
 * separator: tab, semicolon, bar, comma, or runs of blanks. A comma separates only where nothing
   stronger does and numbers are written with a point;
 * decimal sign: point or comma.

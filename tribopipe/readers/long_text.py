@@ -20,7 +20,7 @@ from tribopipe.base.files import pieces_of
 from tribopipe.readers.delimited import has_rows, read_table, without_closing_words
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.reader import Hints, ReadTable
-from tribopipe.readers.text import LONGEST_LINE, SAMPLE_BYTES, Text, decode, western_note
+from tribopipe.readers.text import LONGEST_LINE, SAMPLE_BYTES, Text, decode, eastern_encoding, guessed_note
 from tribopipe.results.run import SourceFile, UnheldSource
 
 LARGE = 256 << 20
@@ -127,7 +127,7 @@ class _Survey:
             return None if odd else found
         if whole or not self._others:
             return "utf-8"
-        if marked or self._is_utf8:
+        if marked or self._is_utf8 or eastern_encoding(self.head[:SAMPLE_BYTES]):
             return None
         return "latin-1" if self._others & _UNDEFINED_IN_CP1252 else "cp1252"
 
@@ -161,7 +161,7 @@ def long_text(path: Path, name: str, hints: Hints) -> "LongText | None":
         layout=layout,
         start=len(layout.header.encode(encoding)) + (len(codecs.BOM_UTF8) if marked else 0),
         most_rows=survey.lines + (not survey.tail.endswith(b"\n")) - (layout.line - 1),
-        note=() if encoding == "utf-8" or hints.encoding else (western_note(encoding),),
+        note=() if encoding == "utf-8" or hints.encoding else (guessed_note(encoding),),
     )
 
 

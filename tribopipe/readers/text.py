@@ -18,6 +18,12 @@ SAMPLE_BYTES = 1 << 19
 SAMPLE_LINES = 300
 LONGEST_LINE = 1 << 17
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+_EASTERN = {
+    "gb18030": ("时间", "摩擦", "载荷", "磨损", "速度"),
+    "cp932": ("時間", "摩擦", "荷重", "摩耗", "速度"),
+    "big5": ("時間", "摩擦", "荷重", "磨損", "速度"),
+}
+"""Words of tribometers that show a Chinese or Japanese encoding."""
 _NO_CHARSETS = ("unicode-escape", "raw-unicode-escape", "idna", "punycode")
 """Python codecs for text in ASCII that emit warnings or take quadratic time."""
 LINE_END = re.compile(rb"\r\n?|\n")
@@ -82,8 +88,25 @@ def _guessed(source: SourceFile, partial: bool) -> Text:
         cut = error.reason == "unexpected end of data" and not content[: error.start].isascii()
         if start or cut:
             raise _undecodable(source.name, "utf-8", error) from None
-        return _western(source, partial)
+        return _eastern(source, partial) or _western(source, partial)
     return Text(source.name, content, start, partial)
+
+
+def eastern_encoding(head: bytes) -> str | None:
+    """Recognize a Chinese or Japanese encoding by a word of tribometers; none where there is no such word."""
+    found = (name for name, words in _EASTERN.items() if any(word.encode(name) in head for word in words))
+    return next(found, None)
+
+
+def _eastern(source: SourceFile, partial: bool) -> Text | None:
+    encoding = eastern_encoding(source.content[:SAMPLE_BYTES])
+    if encoding is None:
+        return None
+    try:
+        text = _strictly(source.content, encoding, partial)
+    except UnicodeDecodeError:
+        return None
+    return Text(source.name, text.encode(), 0, partial, (guessed_note(encoding),))
 
 
 def _western(source: SourceFile, partial: bool) -> Text:
@@ -91,11 +114,11 @@ def _western(source: SourceFile, partial: bool) -> Text:
         encoding, text = "cp1252", _strictly(source.content, "cp1252", partial)
     except UnicodeDecodeError:
         encoding, text = "latin-1", _strictly(source.content, "latin-1", partial)
-    return Text(source.name, text.encode(), 0, partial, (western_note(encoding),))
+    return Text(source.name, text.encode(), 0, partial, (guessed_note(encoding),))
 
 
-def western_note(encoding: str) -> str:
-    """Report that a file was taken to be in an encoding of western Europe."""
+def guessed_note(encoding: str) -> str:
+    """Report in which encoding a file was read that is not UTF-8."""
     return f"read as {encoding}, since it is not UTF-8; specify the encoding in run.toml if characters are wrong"
 
 
