@@ -107,8 +107,11 @@ def test_the_page_has_the_commands_of_each_export(make):
 LINES = {
     "German": "Normalkraft;5 N\nBahnradius;5 mm\nGleitgeschwindigkeit;0,1 m/s\nLuftfeuchte;45 %",
     "English": "# Normal load: 5 N\n# Track radius: 5 mm\n# Sliding speed: 0.1 m/s\n# Relative humidity: 45 %",
+    "French with articles": "Charge appliquée : 5 N\nRayon de la piste : 5 mm\nVitesse : 10 cm/s\nHumidité : 45 %",
     "French": "Charge normale = 5 N\nRayon de piste = 5 mm\nVitesse de glissement = 0,1 m/s\nHumidité = 45 %",
     "Spanish": "Carga normal\t5 N\nRadio de la pista\t5 mm\nVelocidad\t0,1 m/s\nHumedad relativa\t45 %",
+    "Spanish machine": "Carga aplicada: 5 N\nRadio de giro: 5 mm\nVelocidad: 0,1 m/s\nHumedad: 45 %",
+    "colon and comma": "Load (N):,5\nTrack Radius (mm):,5\nSpeed (m/s):,0.1\nHumidity (%):,45",
     "Polish": "Siła normalna  5 N\nPromień tarcia  5 mm\nPrędkość poślizgu  0,1 m/s\nWilgotność względna  45 %",
     "Chinese": "载荷：5 N\n摩擦半径：5 mm\n滑动速度：0.1 m/s\n相对湿度：45 %",
     "Japanese": "荷重（N）,5\n回転半径（mm）,5\n摺動速度（m/s）,0.1\n湿度（%）,45",
@@ -120,10 +123,11 @@ LINES = {
 def test_header_lines_of_any_language_are_facts(language):
     found = header_facts(LINES[language])
     assert found.notes == ()
+    speed = found.facts.pop("conditions.sliding_speed")
+    assert parse(speed, "speed") == pytest.approx(0.1)
     assert found.facts == {
         LOAD: "5 N",
         "conditions.track_radius": "5 mm",
-        "conditions.sliding_speed": "0.1 m/s",
         "conditions.relative_humidity": "45 %",
     }
     assert found.lines[LOAD] == LINES[language].splitlines()[0]
@@ -138,6 +142,8 @@ def test_header_lines_of_any_language_are_facts(language):
         ("Bille Al2O3 diamètre 10 mm", {"material": "Al2O3", "diameter": "10 mm", "shape": "spherical"}),
         ("Kugel 100Cr6 D6 mm", {"material": "100Cr6", "diameter": "6 mm", "shape": "spherical"}),
         ("Ball diameter;6 mm", {"diameter": "6 mm"}),
+        ("Diámetro de bola: 6,0 mm", {"diameter": "6.0 mm"}),
+        ("Oberkörper;Kugel 100Cr6, Ø 10 mm", {"material": "100Cr6", "diameter": "10 mm", "shape": "spherical"}),
     ],
 )
 def test_a_ball_is_read_by_diameter_or_radius(line, facts):
@@ -155,6 +161,8 @@ def test_a_ball_is_read_by_diameter_or_radius(line, facts):
         ("Luftfeuchte;4500 %", "cannot be a percentage"),
         ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
         ("Normalkraft;5 N\nLoad;10 N", "differ for conditions.normal_load"),
+        ("Radius (mm)\t5.00", "the radius of the wear track or that of the ball"),
+        ("Date: 05/12/2022 14:30:00", "the order of day and month is ambiguous"),
     ],
 )
 def test_header_lines_that_cannot_be_taken_are_named(lines, told):
@@ -171,11 +179,33 @@ def test_header_lines_that_cannot_be_taken_are_named(lines, told):
         ("日付,2022年5月12日", "2022-05-12"),
         ("Date: 2022-05-12 14:30:00", "2022-05-12T14:30:00"),
         ("Date: 05/12/2022 14:30:00", None),
+        ("Date:,05/23/2022\nStart Time:,14:30:00", "2022-05-23T14:30:00"),
+        ("Test Date\t5/23/2022", "2022-05-23"),
+        ("Fecha: 12/05/2022\nHora: 14:30:01", "2022-05-12T14:30:01"),
         ("Datum;31.02.2022", None),
     ],
 )
 def test_dates_are_those_that_can_be_told(lines, started):
     assert header_facts(lines).facts.get("started") == started
+
+
+@pytest.mark.parametrize(
+    ("line", "facts"),
+    [
+        ("Operator:,J. Smith", {"operator": "J. Smith"}),
+        ("Lubricant\tNone", {}),
+        ("Schmierstoff: keiner;;;", {}),
+        ("Speed (RPM):,197", {"conditions.rotational_speed": "197 RPM"}),
+        ("Temperatura: 22,5 ºC", {"conditions.temperature": "22.5 ºC"}),
+        ("Test Load (lbs):,30", {LOAD: "133.447 N"}),
+        ("Load: 500 g", {LOAD: "4.90332 N"}),
+        ("Schwingweite;1,00 mm", {"conditions.stroke": "1.00 mm"}),
+        ("Ring Diameter (in):,1.3780", {"contact.ring.radius": "0.689 in"}),
+        ("Block Width: 0.250 in", {"contact.block.width": "0.250 in"}),
+    ],
+)
+def test_lines_of_other_machines_are_facts(line, facts):
+    assert header_facts(line).facts == facts
 
 
 KEYS = {
@@ -387,6 +417,10 @@ NAMES = {
     "French": "Temps (s);Distance de glissement (m);Force normale (N);Force de frottement (N);Usure (µm)",
     "Spanish": "Tiempo (s);Distancia (m);Carga (N);Fuerza de fricción (N);Profundidad de desgaste (µm)",
     "Polish": "Czas [s];Droga tarcia [m];Obciążenie [N];Siła tarcia [N];Zużycie liniowe [µm]",
+    "Spanish machine": "Tiempo (s);Distancia (m);Carga aplicada (N);Fuerza Rozamiento (N);Desgaste (micras)",
+    "French machine": "Temps [s];Distance [m];Force normale [N];Force de frottement [N];Profondeur de pénétration [µm]",
+    "symbols": "t [s];s [m];F_N [N];F_R [N];Δh [µm]",
+    "American units": "Time (min);Distance (m);Load (lbf);Friction Force (lbf);Wear (mils)",
     "Chinese": "时间（s）;滑动距离（m）;法向载荷（N）;摩擦力（N）;磨损深度（µm）",
     "Japanese": "時間(s);すべり距離(m);垂直荷重(N);摩擦力(N);摩耗深さ(µm)",
 }
@@ -396,8 +430,9 @@ NAMES = {
 def test_columns_of_seven_languages_are_known(lab, language):
     rows = "".join(f"{n}.5;{n}.25;5.0;2.1;0.{n}\n" for n in range(9))
     (lab / "a.csv").write_text(f"{NAMES[language]}\n{rows}", encoding="utf-8")
-    meanings = read_export(lab / "a.csv").meanings
-    assert [meaning.signal for meaning in meanings.values()] == [
+    export = read_export(lab / "a.csv")
+    meanings = export.meanings
+    assert [meanings[column.name].signal for column in export.table.columns] == [
         *("time", "sliding_distance", "normal_force", "friction_force", "depth")
     ]
     assert not any(meaning.doubt for meaning in meanings.values())
@@ -411,6 +446,81 @@ def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_
     (lab / "b.csv").write_text(f"Time (s);Fx (N);Fy (N);Z (um);A (um)\n{rows}", encoding="utf-8")
     doubts = {name: one.doubt for name, one in meanings_of(read_export(lab / "b.csv").table.columns).items()}
     assert doubts["Fx (N)"] == doubts["Fy (N)"] == "another column could also be this signal"
+
+
+@pytest.mark.parametrize(
+    ("encoding", "header", "names"),
+    [
+        ("gb18030", "载荷：5 N", "时间(秒),摩擦力(N),磨损量(μm)"),
+        ("cp932", "垂直荷重：5 N", "時間(s),摩擦力(N),摩耗深さ(μm)"),
+        ("big5", "荷重：5 N", "時間(s),摩擦力(N),depth(um)"),
+    ],
+)
+def test_an_export_in_an_eastern_encoding_is_read_as_such(lab, encoding, header, names):
+    rows = "".join(f"{n}.5,2.1,0.{n}\r\n" for n in range(9))
+    (lab / "a.csv").write_bytes(f"{header}\r\n\r\n{names}\r\n{rows}".encode(encoding))
+    export = read_export(lab / "a.csv")
+    assert {meaning.signal for meaning in export.meanings.values()} == {"time", "friction_force", "depth"}
+    assert export.header.facts == {LOAD: "5 N"}
+    assert any(f"read as {encoding}" in note for note in export.notes)
+
+
+def test_a_word_of_tribometers_in_a_western_file_changes_nothing(lab):
+    (lab / "a.csv").write_bytes("Größe öäüß;Kraft é\n1;2\n3;4\n".encode("cp1252"))
+    assert [column.name for column in read_export(lab / "a.csv").table.columns] == ["Größe öäüß", "Kraft é"]
+
+
+def test_a_length_that_may_be_the_depth_is_named(lab):
+    (lab / "a.csv").write_text(table(extra=";Antaa (µm);X (mm)", value=";0.5;1.5"), encoding="utf-8")
+    made, _, _ = drafted(lab / "a.csv")
+    assert [note for note in made.notes if "depth" in note] == [
+        "a.csv: no column is known to be the depth; if 'Antaa (µm)' is, map it to depth under [signals.columns]"
+    ]
+
+
+# --- other kinds of contact ---
+
+STEEL = 'material = "100Cr6"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
+
+
+@pytest.mark.parametrize(
+    ("kind", "bodies", "header"),
+    [
+        ("reciprocating", {"pin": 'shape = "spherical"\n', "flat": ""}, "Kugel D=10 mm\nHub;1 mm\nScheibe;100Cr6"),
+        ("block-on-ring", {"block": "", "ring": ""}, "Block width;6 mm\nRing diameter;35 mm"),
+        ("four-ball", {"ball": 'diameter = "12.7 mm"\n'}, ""),
+    ],
+)
+def test_a_template_may_be_of_any_kind_of_contact(lab, kind, bodies, header):
+    tables = "".join(f"[contact.{body}]\n{own}{STEEL}" for body, own in bodies.items())
+    (lab / "lab.toml").write_text(f'schema = "tribopipe.template/1"\n[contact]\nkind = "{kind}"\n{tables}', "utf-8")
+    (lab / "a.csv").write_text(table(f"Normalkraft;5 N\n{header}\n\n"), encoding="utf-8")
+    made, _, document = drafted(lab / "a.csv", template=lab / "lab.toml")
+    assert (made.lacks, made.bodies_lack, made.problem) == ((), (), None)
+    assert document["contact"]["kind"] == kind
+
+
+def test_a_reciprocating_run_lacks_its_stroke(lab):
+    (lab / "lab.toml").write_text('schema = "tribopipe.template/1"\n[contact]\nkind = "reciprocating"\n', "utf-8")
+    (lab / "a.csv").write_text(table("Normalkraft;5 N\n\n"), encoding="utf-8")
+    made, _, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
+    assert made.lacks == ("conditions.stroke",)
+
+
+def test_blocks_and_rings_in_a_header_tell_the_kind(lab):
+    (lab / "a.csv").write_text(table("Load;5 N\nBlock width;6 mm\nRing diameter;35 mm\n\n"), encoding="utf-8")
+    _, text, _ = drafted(lab / "a.csv")
+    assert '# kind = "block-on-ring"' in text
+    assert '# radius = "17.5 mm"' in text
+
+
+def test_another_material_than_that_of_the_template_s_modulus_is_named(lab):
+    (lab / "lab.toml").write_text(
+        f'schema = "tribopipe.template/1"\n[contact]\nkind = "pin-on-disc"\n[contact.pin]\n{STEEL}', "utf-8"
+    )
+    (lab / "a.csv").write_text(table("Normalkraft;5 N\nKugel Al2O3 D=6 mm\n\n"), encoding="utf-8")
+    made, _, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
+    assert any("found Al2O3 from a.csv, 'Kugel Al2O3 D=6 mm', but 100Cr6 from lab.toml" in note for note in made.notes)
 
 
 # --- from process to new ---

@@ -60,23 +60,36 @@ _NUMBER_THEN_UNIT = re.compile(
 _DECIMAL_COMMA = re.compile(r"(?P<whole>\s*[+-]?\d+),(?P<decimals>\d+)(?![\d.,])", re.ASCII)
 _LONGEST_UNIT = 40
 _SPELLINGS = str.maketrans(
-    {"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "℃": "degC", "°": "deg", "½": "^0.5"}
+    {
+        "·": "*",
+        "⋅": "*",
+        "×": "*",
+        "−": "-",
+        "µ": "u",
+        "μ": "u",
+        "℃": "degC",
+        "°": "deg",
+        "º": "deg",
+        "˚": "deg",
+        "½": "^0.5",
+    }
 )
 _LAB_SPELLINGS = {
-    **dict.fromkeys(("deg c", "deg. c", "°c", "grad c"), "degC"),
+    **dict.fromkeys(("deg c", "deg. c", "°c", "ºc", "grad c"), "degC"),
     **dict.fromkeys(("deg f", "deg. f"), "degF"),
     **dict.fromkeys(("rpm", "u/min", "rev/min", "r/min", "tr/min", "obr/min", "obr./min", "giri/min", "转/分"), "rpm"),
     **dict.fromkeys(("%rh", "% rh", "% r.h.", "%rf", "% rf", "% r.f.", "%r.f."), "%"),
     **dict.fromkeys(("sek", "sek.", "sec", "sec.", "seg", "seg.", "秒"), "s"),
     **dict.fromkeys(("gm", "gms", "grams"), "g"),
-    **dict.fromkeys(("newton", "newtons", "牛"), "N"),
+    **dict.fromkeys(("newton", "newtons", "牛", "牛顿"), "N"),
     **dict.fromkeys(("meter", "metre", "meters", "metres"), "m"),
     "min": "min",
     "min.": "min",
     "分": "min",
     "hz": "Hz",
-    "micron": "um",
-    "microns": "um",
+    **dict.fromkeys(("micron", "microns", "micra", "micras", "micromètres", "micrómetros"), "um"),
+    **dict.fromkeys(("mil", "mils"), "thou"),
+    **dict.fromkeys(("kp", "kilopond"), "kgf"),
 }
 """As labs write units, in small letters; most are none, or another one, by the rules: "Min" would be millions of
 inches, "Deg C" degrees times coulomb, "U/min" atomic mass units."""

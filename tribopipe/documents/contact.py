@@ -158,6 +158,8 @@ class Contact(Record):
     """Load on one contact over the load that is applied."""
     own_conditions: ClassVar[tuple[str, ...]] = ()
     """Keys of conditions that make sense for this kind alone."""
+    needed_conditions: ClassVar[tuple[str, ...]] = ()
+    """Keys of conditions that this kind needs, besides the load."""
     like: ClassVar[Mapping[str, str]] = {}
     """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"

@@ -37,6 +37,7 @@ class Reciprocating(SlidingPin):
     both: ClassVar[str] = "pin + flat"
     title: ClassVar[str] = "a pin reciprocating on a flat"
     standard: ClassVar[str] = "g133"
+    needed_conditions: ClassVar[tuple[str, ...]] = ("stroke",)
 
     def refuse_conditions(self, conditions: Any) -> None:
         """Raise ``ValueError`` for a motion without a stroke, and for one in a circle."""

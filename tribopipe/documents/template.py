@@ -1,17 +1,19 @@
 """lab.toml: what is the same in all runs of a lab, from which `tribopipe new` fills run.toml."""
 
 from collections.abc import Container
+from functools import reduce
+from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, create_model
 from pydantic.fields import FieldInfo
 
-from tribopipe.documents.contact import Pin, Specimen
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import SHIPPED
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest, Sensors, SignalFile
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.toml import parse_toml, read_bytes
-from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 
 _OF_ONE_RUN = ("id", "started", "interruptions")
 _SECTIONS = ("schema_version", "contact", "conditions", "signals", "end_values", "sensors")
@@ -31,22 +33,22 @@ def _part_of(record: type[Record], without: Container[str] = (), **others: Any) 
     return create_model(f"{record.__name__}Template", __base__=Record, __doc__=record.__doc__, **(keys | others))
 
 
-def _contact(kind: str, **bodies: type[Record]) -> type[Record]:
-    """Make the record of two bodies of which only the type of tribometer needs to be stated."""
-    keys = {name: _optional(body, body.__doc__) for name, body in bodies.items()}
-    keys["kind"] = (Literal[kind], Field(description="Type of tribometer."))
-    return create_model(f"{kind.title().replace('-', '')}Template", __base__=Record, **keys)
+def _contact(contact: type[Contact]) -> type[Record]:
+    """Make the record of a kind of contact of which only the type of tribometer needs to be stated."""
+    bodies: dict[str, Any] = {name: contact.model_fields[name].annotation for name in contact.body_names}
+    parts = {name: _optional(_part_of(body), body.__doc__) for name, body in bodies.items()}
+    kind: Any = contact.model_fields["kind"]
+    return _part_of(contact, without=bodies, kind=(kind.annotation, Field(description=kind.description)), **parts)
 
-
-_PIN_ON_DISC = _contact("pin-on-disc", pin=_part_of(Pin), disc=_part_of(Specimen))
-_TWIN_DISC = _contact("twin-disc", curved_disc=_part_of(CurvedDisc), flat_disc=_part_of(FlatDisc))
 
 Template: type[Record] = _part_of(
     RunManifest,
     without=(*_OF_ONE_RUN, *_SECTIONS),
     schema_version=(Literal["tribopipe.template/1"], Field(alias="schema", description="Version of this document.")),
     contact=_optional(
-        _PIN_ON_DISC | _TWIN_DISC, "The two bodies; enter what is common to all runs.", discriminator="kind"
+        reduce(or_, map(_contact, SHIPPED.values())),
+        "The two bodies; enter what is common to all runs.",
+        discriminator="kind",
     ),
     conditions=_optional(_part_of(Conditions), "How tests are run."),
     signals=_optional(

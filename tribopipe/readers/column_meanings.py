@@ -26,45 +26,46 @@ from tribopipe.readers.tables import bare_name
 _SYNONYMS: dict[SignalName, str] = {
     "time": (
         "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika "
-        "cas tempsdessai tiempodeensayo czastarcia 时间 時間 试验时间 試験時間 経過時間"
+        "cas tempsessai tiempoensayo czastarcia 时间 時間 试验时间 試験時間 経過時間"
     ),
     "rotations": (
         "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri "
-        "laps numberoflaps runden anzahlrunden tours nombredetours 圈数 周数 総回転数 累積回転数"
+        "laps numberoflaps runden anzahlrunden tours nombretours numerovueltas 圈数 周数 総回転数 累積回転数"
     ),
     "sliding_distance": (
         "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans "
-        "distancia distanciadedeslizamiento distancedeglissement distanza slidingdist distancedefrottement "
-        "距离 滑动距离 滑行距离 距離 すべり距離 摺動距離"
+        "distancia distanciatotal distanciadeslizamiento distancetotale distanceglissement distancefrottement distanza "
+        "slidingdist s 距离 滑动距离 滑行距离 距離 すべり距離 摺動距離"
     ),
     "sliding_speed": (
         "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit "
-        "predkosc predkoscposlizgu velocidad velocidadlineal vitesse vitessedeglissement velocita "
+        "predkosc predkoscposlizgu velocidad velocidadlineal vitesse vitesseglissement velocita "
         "gleitgeschw vitesselineaire 速度 滑动速度 线速度 すべり速度 摺動速度"
     ),
     "normal_force": (
         "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna "
-        "nacisk obciazenie carga carganormal fuerzanormal charge chargenormale forcenormale carico "
-        "forzanormale obciazenienormalne 载荷 法向载荷 法向力 正压力 荷重 垂直荷重 試験荷重"
+        "nacisk obciazenie carga carganormal cargaaplicada fuerzanormal charge chargenormale "
+        "chargeappliquee forcenormale carico forzanormale obciazenienormalne "
+        "载荷 法向载荷 法向力 正压力 荷重 垂直荷重 試験荷重"
     ),
     "friction_force": (
         "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
         "frictiontorque reibmoment reibungsmoment momenttarcia tangentialkraft tarcie silatarcia fuerza "
-        "fuerzadefriccion fuerzaderozamiento friccion forcedefrottement forcetangentielle forzadiattrito "
+        "fuerzafriccion fuerzarozamiento friccion rozamiento forcefrottement forcetangentielle forzaattrito "
         "fuerzatangencial frottement 摩擦力"
     ),
     "friction_coefficient": (
         "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl "
-        "reibungszahl reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientedefriccion "
-        "coeficientederozamiento coefficientdefrottement coefficientediattrito wspolczynnik coefdefrottement "
-        "coefdefriccion 摩擦系数 摩擦因数 摩擦係数"
+        "reibungszahl reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientefriccion coefficientefriccion "
+        "coeficienterozamiento coefficientfrottement coefficienteattrito wspolczynnik coeffrottement "
+        "coeffriccion coefrozamiento coeffriction 摩擦系数 摩擦因数 摩擦係数"
     ),
     "depth": (
         "weardepth penetrationdepth displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
-        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddedesgaste desgaste "
-        "profondeur usure profondita usura weartrackdepth verschleissweg verschleissbetrag "
-        "linearerverschleiss wegaufnehmer usurelineaire enfoncement desgastelineal przemieszczenie 磨损深度 "
-        "磨损位移 位移 摩耗深さ 変位"
+        "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddesgaste desgaste h "
+        "profondeur profondeurpenetration profondeurusure usure profondita usura weartrackdepth verschleissweg "
+        "verschleissbetrag linearerverschleiss wegaufnehmer usurelineaire enfoncement desgastelineal przemieszczenie "
+        "磨损深度 磨损量 摩耗量 磨损位移 位移 摩耗深さ 変位"
     ),
     "temperature": ("temp t temperatur temperatura temperatureambiante 温度 試験温度 试验温度"),
     "relative_humidity": (
@@ -74,6 +75,8 @@ _SYNONYMS: dict[SignalName, str] = {
 }
 _AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
 """Axes of a machine, which count where no other column has a name of the signal."""
+_PARTICLES = re.compile(r"(?<![^\W_])(?:d(?:[aeiu]|el|ella|es)|l(?:[ae]|as|es|os)|[dl](?=['’]))(?![^\W_])")
+"""Articles and prepositions of Romance languages between the words of a name: "fuerza de fricción", "durée d'essai"."""
 _FIRST_OF_THE_EAST = "\u2e80"
 """First of the Chinese and Japanese characters."""
 NO_UNIT = "its unit is unknown"
@@ -81,8 +84,8 @@ By = Literal["from the format", "from its name"]
 
 
 def plain(name: str) -> str:
-    """Write a name in small letters and digits, those of other scripts than Chinese and Japanese left out."""
-    spelt = name.casefold().translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
+    """Write a name in small letters and digits, without articles and scripts other than Latin, Chinese and Japanese."""
+    spelt = _PARTICLES.sub("", name.casefold()).translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
     kept = unicodedata.normalize("NFKD", spelt)
     return "".join(sign for sign in kept if sign.isalnum() and (sign.isascii() or sign >= _FIRST_OF_THE_EAST))
 

@@ -12,7 +12,7 @@ from datetime import date, datetime
 from typing import NamedTuple
 
 from tribopipe.base.errors import UnitError
-from tribopipe.base.units import is_unit, is_unit_of, parse, with_point
+from tribopipe.base.units import is_rotational, is_unit, is_unit_of, parse, with_point
 from tribopipe.readers.column_meanings import names_of, plain
 from tribopipe.readers.headed_tables import moment, moment_by
 from tribopipe.readers.tables import split_name
@@ -20,29 +20,34 @@ from tribopipe.readers.tables import split_name
 _QUANTITIES: dict[str, tuple[str, str]] = {
     "conditions.normal_load": ("force", "prufkraft testload kraft force"),
     "conditions.sliding_speed": ("speed", ""),
-    "conditions.sliding_distance": ("distance", "sollweg gesamtweg"),
-    "conditions.temperature": ("temperature", "raumtemperatur roomtemperature ambienttemperature"),
+    "conditions.sliding_distance": ("distance", "sollweg gesamtweg distancearret stopdistance"),
+    "conditions.temperature": ("temperature", "raumtemperatur roomtemperature ambienttemperature 环境温度 室温"),
     "conditions.relative_humidity": ("percentage", ""),
     "conditions.track_radius": (
         "length",
-        "bahnradius spurradius reibradius laufradius trackradius weartrackradius rayondelapiste rayondepiste "
-        "radiodelapista radiodehuella radiodepista promientarcia 轨道半径 摩擦半径 旋转半径 回転半径 摺動半径",
+        "bahnradius spurradius reibradius laufradius trackradius weartrackradius testradius rayonpiste rayonrotation "
+        "radiopista radiohuella radiogiro promientarcia 轨道半径 摩擦半径 旋转半径 回転半径 摺動半径",
     ),
     "conditions.rotational_speed": (
         "rotational speed",
-        "drehzahl rpm rotationalspeed rotationspeed vitessederotation velocidadderotacion predkoscobrotowa 转速 "
-        "回転速度 回転数",
+        "drehzahl rpm rotationalspeed rotationspeed vitesserotation velocidadrotacion velocidadgiro predkoscobrotowa "
+        "转速 回転速度 回転数",
     ),
-    "conditions.stroke": ("length", "hub hublange stroke strokelength carrera skok 行程 冲程 ストローク"),
+    "conditions.stroke": (
+        "length",
+        "hub hublange schwingweite schwingungsweg stroke strokelength course carrera skok 行程 冲程 ストローク",
+    ),
     "conditions.frequency": ("frequency", "frequenz frequency frequence frecuencia czestotliwosc 频率 周波数"),
     "contact.pin.diameter": (
         "length",
-        "kugeldurchmesser balldiameter diametredelabille diametrodelabola srednicakulki 球直径 ボール直径 ボール径",
+        "kugeldurchmesser balldiameter diametrebille diametrobola srednicakulki 球直径 ボール直径 ボール径",
     ),
     "contact.pin.radius": (
         "length",
-        "kugelradius ballradius rayondelabille radiodelabola promienkulki 球半径 ボール半径",
+        "kugelradius ballradius rayonbille radiobola promienkulki 球半径 ボール半径",
     ),
+    "contact.block.width": ("length", "blockwidth blockbreite"),
+    "contact.ring.radius": ("length", "ringradius"),
 }
 """Kind of quantity and labels by key of run.toml; the names of the signal below are labels too."""
 _SIGNALS = {
@@ -62,20 +67,48 @@ _TEXTS = {
         "environnement ambiente otoczenie 环境 润滑剂 雰囲気 潤滑油"
     ),
     "contact.pin.material": (
-        "kugelmaterial kugelwerkstoff ballmaterial pinmaterial stiftwerkstoff materiaudelabille materialdelabola "
+        "kugelmaterial kugelwerkstoff ballmaterial pinmaterial stiftwerkstoff materiaubille materialbola "
         "materialkulki 球材料 ボール材質"
     ),
     "contact.disc.material": (
-        "scheibe scheibenwerkstoff disc disk discmaterial diskmaterial disque disco tarcza 圆盘 盘材料 ディスク "
+        "scheibe scheibenwerkstoff disc disk discmaterial diskmaterial disque materiaudisque disco "
+        "materialdisco tarcza 圆盘 盘材料 ディスク "
         "ディスク材質"
     ),
+    "contact.block.material": "blockmaterial blockwerkstoff",
+    "contact.ring.material": "ringmaterial ringwerkstoff",
 }
-_DATES = (
-    "datum date datetime startzeit startdatum teststart started startedat fecha data 日期 试验日期 日付 試験日 試験日時"
-)
+_DATES = "date datetime testdate startzeit teststart started startedat 日期 试验日期 日付 試験日 試験日時"
+_DAYS_FIRST = "datum startdatum prufdatum fecha fechaensayo data"
+"""Labels of dates in languages that write the day first, also between slashes."""
 _CLOCKS = "zeit uhrzeit time starttime heure hora godzina 时间 時刻"
-_TRACK_DIAMETERS = "bahndurchmesser spurdurchmesser trackdiameter weartrackdiameter diametredelapiste srednicatoru"
+_HALVED = {
+    "conditions.track_radius": (
+        "bahndurchmesser spurdurchmesser trackdiameter weartrackdiameter diametrepiste diametropista srednicatoru"
+    ),
+    "contact.ring.radius": "ringdiameter ringdurchmesser",
+}
+"""Labels of diameters, by the key of the radius."""
+_AMBIGUOUS = "radius rayon radio promien 半径"
+_NOTHING = (
+    "",
+    "none",
+    "keine",
+    "keiner",
+    "kein",
+    "na",
+    "no",
+    "aucun",
+    "aucune",
+    "ninguno",
+    "ninguna",
+    "brak",
+    "无",
+    "なし",
+)
+"""Texts that state that there is nothing to state."""
 _BALLS = "kugel ball bille bola kulka 球 ボール"
+_UPPER = "oberkörper|gegenkörper|counterbody|upper specimen"
 
 _LABELS = {
     plain(word): key
@@ -83,12 +116,16 @@ _LABELS = {
         **{key: f"{names} {' '.join(names_of(_SIGNALS.get(key)))}" for key, (_, names) in _QUANTITIES.items()},
         **_TEXTS,
         "date": _DATES,
+        "day first": _DAYS_FIRST,
         "clock": _CLOCKS,
-        "track diameter": _TRACK_DIAMETERS,
+        **{f"half {key}": names for key, names in _HALVED.items()},
+        "ambiguous": _AMBIGUOUS,
     }.items()
     for word in words.split()
 }
-_BALL = re.compile(rf"(?:{'|'.join(_BALLS.split())})(?![^\W\d_])[\s;:,=|]*(?P<rest>.*)", re.IGNORECASE)
+_BALL = re.compile(
+    rf"(?:(?:{_UPPER})[\s;:,=|]+)?(?:{'|'.join(_BALLS.split())})(?![^\W\d_])[\s;:,=|]*(?P<rest>.*)", re.IGNORECASE
+)
 _SIZE = re.compile(
     r"(?:(?:(?P<diameter>\b(?:D|dia\.?|diam[^\W\d]*|durchmesser)|[Ø⌀∅]|直径)|(?P<radius>\b(?:R|radius|rayon|radio)|半径))"
     r"[\s;:=]*|(?<![\w.,]))(?P<number>\d+(?:[.,]\d+)?)[ ;]*(?P<unit>mm|µm|μm|um|cm|in|inch)\b",
@@ -101,6 +138,8 @@ _CLOCK = re.compile(r"\d{1,2}:[0-5]\d(?::[0-5]\d)?", re.ASCII)
 _BLANKS = " \t\r\n\"'"
 _MARKS = f"{_BLANKS}#%!*/"
 """Characters allowed before a line; a percentage may follow it."""
+_COLON_AND_MORE = re.compile(r"\s?[：:=](?=\s*[\t;|,])")
+"""A colon before another separator, "Operator:,A. Tester"."""
 _SEPARATORS = ("\t", ";", "|", "：", ":", "=", ",")
 _LONGEST = 300
 _MOST_LINES = 300
@@ -110,7 +149,7 @@ _RANGES = {"conditions.relative_humidity": (0.0, 1.0)}
 def key_of(label: str) -> str | None:
     """Return the key of run.toml that a label of several languages stands for."""
     key = _LABELS.get(plain(label))
-    return "started" if key == "date" else key if key in _QUANTITIES or key in _TEXTS else None
+    return "started" if key in ("date", "day first") else key if key in _QUANTITIES or key in _TEXTS else None
 
 
 class Fact(NamedTuple):
@@ -170,23 +209,26 @@ def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:
         label = _label(line)
         if label.key is None:
             yield from ((key, value, line) for key, value in _of_a_ball(line))
-        elif label.key == "date":
-            started = _started(label.cells, lines)
-            if started is not None:
-                yield "started", started, line
-        elif label.key == "track diameter":
-            key, value = _quantity("conditions.track_radius", label)
+        elif label.key in ("date", "day first"):
+            written = " ".join(label.cells)
+            written = written.replace("/", ".") if label.key == "day first" else written
+            yield from ((key, value, line) for key, value in _started(written, lines))
+        elif label.key.startswith("half "):
+            key, value = _quantity(label.key.removeprefix("half "), label)
             yield key, value if value is None else _half(value), line
+        elif label.key == "ambiguous":
+            yield "it may be the radius of the wear track or that of the ball", None, line
         elif label.key in _QUANTITIES:
             yield *_quantity(label.key, label), line
-        elif label.key in _TEXTS and label.cells and any(map(str.isalnum, label.cells[0])):
+        elif label.key in _TEXTS and label.cells and plain(label.cells[0]) not in _NOTHING:
             yield label.key, label.cells[0], line
 
 
 def _label(line: str) -> _Label:
     """Split a line into a label that is known, its unit, and the fields behind it."""
+    written = _COLON_AND_MORE.sub("", _bare(line))
     for separator in _SEPARATORS:
-        cells = [cell.strip(_BLANKS) for cell in _bare(line).split(separator, 1 if separator in "：:=" else -1)]
+        cells = [cell.strip(_BLANKS) for cell in written.split(separator, 1 if separator in "：:=" else -1)]
         name, unit = split_name(cells[0].rstrip(" :：="))
         key = _LABELS.get(plain(name))
         if len(cells) > 1 and key is not None:
@@ -197,7 +239,7 @@ def _label(line: str) -> _Label:
 
 
 def _bare(line: str) -> str:
-    return line.lstrip(_MARKS).rstrip(_BLANKS)
+    return line.lstrip(_MARKS).rstrip(f"{_BLANKS};,")
 
 
 def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
@@ -210,10 +252,15 @@ def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
     unit = next((unit.strip("[]() ") for unit in units if unit and is_unit(unit.strip("[]() "))), None)
     if unit is None:
         return f"no unit is given with the {kind} of {key}", None
-    if not is_unit_of(unit, kind):
+    if kind == "speed" and is_rotational(unit):
+        return _quantity("conditions.rotational_speed", label)
+    is_weight = kind == "force" and is_unit_of(unit, "mass")
+    if not is_weight and not is_unit_of(unit, kind):
         return f"{unit!r} is not a unit for the {kind} of {key}", None
     try:
         written = with_point(f"{found['number']} {unit}")
+        if is_weight:
+            written = f"{parse(f'{written}*g_0', kind):.6g} N"
         value = parse(written, kind)
     except UnitError as error:
         return str(error), None
@@ -248,23 +295,25 @@ def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
         yield f"contact.pin.{named}", written
 
 
-def _started(cells: Sequence[str], lines: Sequence[str]) -> str | None:
-    """Return the date of a test, with the time of day where a line states it, in ISO 8601.
+def _started(written: str, lines: Sequence[str]) -> Iterator[tuple[str, str | None]]:
+    """Return the date of a test, with the time of day where a line states it, in ISO 8601, or why it is not taken.
 
     Between points the day comes first. Of 05/12/2022, another date of the header has to show the order.
     """
-    written = " ".join(cells)
-    day = _DAY.search(written)
-    if day is not None:
-        return _iso(day[3], day[2], day[1], _clock(written[day.start() :], lines))
-    known = moment(written)
-    if known is not None:
-        return known
-    day = _ISO_DAY.search(written)
-    if day is not None:
-        return _iso(day[1], day[2], day[3], _clock("", lines))
-    found = moment_by(written, lines)
-    return None if found is None else found[1]
+    clock = _clock(written, lines)
+    if day := _DAY.search(written):
+        value = _iso(day[3], day[2], day[1], _clock(written[day.start() :], lines))
+    elif known := moment(written):
+        value = known
+    elif day := _ISO_DAY.search(written):
+        value = _iso(day[1], day[2], day[3], _clock("", lines))
+    else:
+        found, value = moment_by(f"{written} {clock or '0:00'}", lines) or ("", None)
+        if found and value is None:
+            yield "the order of day and month is ambiguous", None
+        value = value if clock or value is None else value[: len("2022-05-12")]
+    if value is not None:
+        yield "started", value
 
 
 def _clock(written: str, lines: Sequence[str]) -> str | None:

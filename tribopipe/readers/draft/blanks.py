@@ -5,7 +5,17 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from tribopipe.readers.draft.known_values import LOAD, Known, bodies_of, example_of, sections, toml, value_of
+from tribopipe.documents.contact_kinds import SHIPPED
+from tribopipe.readers.draft.known_values import (
+    LOAD,
+    Known,
+    bodies_of,
+    example_of,
+    needed_conditions_of,
+    sections,
+    toml,
+    value_of,
+)
 from tribopipe.readers.draft.value_sources import take_radius
 
 
@@ -58,7 +68,7 @@ BLANKS: dict[str, Blank] = {
     "operator": Blank('"A. Tester"', "operator"),
     "instrument": Blank('"pin-on-disc tribometer no. 2"', "name of the tribometer"),
     "comment": Blank('"…"', "further remarks"),
-    "contact.kind": Blank('"pin-on-disc"', 'or "twin-disc"'),
+    "contact.kind": Blank('"pin-on-disc"', "type of tribometer: " + ", ".join(map(toml, SHIPPED))),
     **{f"contact.{body}.{name}": blank for body, blanks in _BODIES.items() for name, blank in blanks.items()},
     "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
@@ -168,7 +178,7 @@ def _answered(known: Known, key: str, answer: str) -> str | None:
 
 def _open_questions(known: Known) -> Iterator[str]:
     """Give the keys to ask for, judged again after each answer; of a pin whose shape is left open nothing is asked."""
-    for key in (*_OF_THE_RUN, *_of_the_bodies(known.kind)):
+    for key in (*_OF_THE_RUN, *needed_conditions_of(known.kind), *_of_the_bodies(known.kind)):
         shapeless = key.startswith("contact.") and key != _SHAPE and _SHAPE not in known.given
         if key not in known.given and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):
             yield key

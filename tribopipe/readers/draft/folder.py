@@ -31,7 +31,7 @@ from tribopipe.readers.draft.run_files import (
     steps_left_together,
     which_profile,
 )
-from tribopipe.readers.draft.run_toml import Draft, friction_left_open, manifest_text
+from tribopipe.readers.draft.run_toml import Draft, depth_left_open, friction_left_open, manifest_text
 from tribopipe.readers.draft.value_sources import doubt_names, gather, propose_recorded, take_radius
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
 from tribopipe.readers.harmonize import read_run
@@ -171,7 +171,12 @@ def _by_sheet(wanted: Wanted) -> list[Wanted]:
         return [wanted]
     names = sheets_of(wanted.files, wanted.reader)
     base = fit_for_id(wanted.files[0].name) if wanted.id is None else wanted.id
-    return [replace(wanted, sheet=name, each_sheet=False, id=fit_for_id(f"{base}-{name}")) for name in names]
+    return [replace(wanted, sheet=name, each_sheet=False, id=_id_of_sheet(base, name)) for name in names]
+
+
+def _id_of_sheet(base: str, sheet: str) -> str:
+    """Make the id of a sheet; its name has no suffix, as that of a file has."""
+    return fit_for_id(f"{base}-{sheet}".replace(").", "-").replace("(", "-"))
 
 
 def planned(wanted: Wanted) -> list[RunPlan]:
@@ -248,6 +253,7 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     notes |= dict.fromkeys([*draft.known.dissent, *draft.known.in_dispute(), *profiles_left_open(draft.known)])
     notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
     notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
+    notes |= dict.fromkeys(note for export in plan.exports if (note := depth_left_open(export, draft.columns)))
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     missing, bodies_lack = draft.known.missing, draft.known.bodies_lack

@@ -102,6 +102,23 @@ def needed_bodies_of(kind: str) -> tuple[str, ...]:
     return tuple(table for table in bodies_of(kind) if table.removeprefix("contact.") not in like)
 
 
+def needed_conditions_of(kind: str) -> list[str]:
+    """Return the conditions that a type of tribometer needs, besides the load."""
+    contact = contact_named(kind)
+    return [] if contact is None else [f"conditions.{name}" for name in contact.needed_conditions]
+
+
+def track_key_of(kind: str) -> str:
+    """Return the key that states the radius of the track on a type of tribometer."""
+    return getattr(contact_named(kind), "track_key", None) or "conditions.track_radius"
+
+
+def counterbody_key(key: str, kind: str) -> str:
+    """Return a key of the disc as the type of tribometer calls the counterbody of its pin."""
+    pin, other = bodies_of(kind) or ("", "")
+    return key.replace("contact.disc.", f"{other}.") if pin == "contact.pin" else key
+
+
 def run_key(key: str, kind: str) -> str:
     """Return a key as a run.toml of a type of tribometer has it."""
     contact = contact_named(kind)
@@ -132,6 +149,7 @@ _STAND_INS = {
     "flat_radius": "1 nm",
     "rolling_radius": "1 km",
     "crown_radius": "1 km",
+    "stroke": "1 km",
 }
 """Stand-ins for unknown values in checks of the known ones; no possible value is larger."""
 LOAD = "conditions.normal_load"
@@ -181,7 +199,7 @@ class Known:
     @property
     def missing(self) -> list[str]:
         """Keys without which a run.toml cannot be processed."""
-        needed = [LOAD]
+        needed = [LOAD, *needed_conditions_of(self.kind)]
         if self.kind == "twin-disc" and "conditions.flat_disc_speed" not in self.given:
             needed.append("conditions.slip")
         return [key for key in needed if key not in self.given]
@@ -312,8 +330,8 @@ def example_of(record: type[Record], name: str) -> Any:
 def _stand_ins(values: Values) -> dict[str, Any]:
     used: dict[str, Any] = {LOAD: "1 N"}
     if any(key.startswith("contact.") for key in values):
-        used["contact.kind"] = _kind(values)
-        used |= {key: _stand_in(key) for key in _needed_of_bodies(values)}
+        kind = used["contact.kind"] = _kind(values)
+        used |= {key: _stand_in(key) for key in (*needed_conditions_of(kind), *_needed_of_bodies(values))}
     if _kind(values) == "twin-disc" and "conditions.flat_disc_speed" in values:
         used["conditions.curved_disc_speed"] = "1 nm/s"
     elif _kind(values) == "twin-disc":

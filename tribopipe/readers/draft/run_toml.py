@@ -9,7 +9,7 @@ from textwrap import wrap
 from typing import Any, NamedTuple
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import KINDS, pretty
+from tribopipe.base.units import KINDS, is_unit_of, pretty, to_si
 from tribopipe.documents.manifest import MANIFEST_SCHEMA
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_mapping import find_column
@@ -25,6 +25,7 @@ from tribopipe.readers.draft.known_values import (
     run_words,
     sections,
     toml,
+    track_key_of,
 )
 from tribopipe.readers.draft.run_files import Group, StepOfFiles
 from tribopipe.readers.draft.value_sources import rotational_speeds
@@ -58,14 +59,13 @@ class Mapped(NamedTuple):
 
 
 _TELLS_SPEED: tuple[SignalName, ...] = ("sliding_speed", "sliding_distance", "rotations")
-NO_RADIUS = "needs conditions.track_radius"
 
 
-def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_track: bool = False) -> list[Mapped]:
+def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, track_lacks: str = "") -> list[Mapped]:
     """Map columns to signals by a template, as far as the file has those columns, and by their meanings.
 
-    A rotational speed is the sliding speed where no other column shows how far the pin slides; ``on_track`` states that
-    the radius of its track is known.
+    A rotational speed is the sliding speed where no other column shows how far the pin slides; ``track_lacks`` is the
+    key of the radius of its track, if it is unknown.
     """
     found = [mapped for signal, source in told.items() if (mapped := _as_told(export, signal, source, told_by))]
     signals, names = {mapped.signal for mapped in found}, {mapped.column.name for mapped in found}
@@ -74,9 +74,10 @@ def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, *, on_
         if meaning is not None and meaning.signal not in signals and column.name not in names:
             found.append(Mapped(meaning.signal, column, meaning.by, doubt=meaning.doubt))
     turning = rotational_speeds(export)
+    needed = f"needs {track_lacks}" if track_lacks else ""
     if len(turning) == 1 and not any(one.signal in _TELLS_SPEED and not one.doubt for one in found):
         found = [one for one in found if one.signal != "sliding_speed"]
-        found.append(Mapped("sliding_speed", turning[0], "times the track radius", doubt="" if on_track else NO_RADIUS))
+        found.append(Mapped("sliding_speed", turning[0], "times the track radius", doubt=needed))
     found = _with_definitions(export, _with_open_units(export, found))
     order = list(SIGNALS)
     return sorted(found, key=lambda mapped: order.index(mapped.signal))
@@ -125,6 +126,28 @@ def unmapped_columns(export: Export, mapped: list[Mapped]) -> list[str]:
         for column in export.table.columns
         if column.name not in names
     ]
+
+
+_LARGEST_DEPTH_UNIT = 1e-4
+"""m; positions are recorded in larger units."""
+
+
+def depth_left_open(export: Export, told: Mapping[str, Any]) -> str | None:
+    """Report columns of lengths that may be the depth, where no column is known to be it."""
+    mapped = mapped_columns(export, told, "")
+    if export.reader.holds != "signals" or any(one.signal == "depth" for one in mapped):
+        return None
+    found = [repr(column.name) for column in export.table.columns if column.unit and _is_small(column.unit)]
+    if not found:
+        return None
+    return (
+        f"{export.name}: no column is known to be the depth; if {' or '.join(found)} is, map it to depth under "
+        "[signals.columns]"
+    )
+
+
+def _is_small(unit: str) -> bool:
+    return is_unit_of(unit, "length") and to_si(1.0, unit, "length") < _LARGEST_DEPTH_UNIT
 
 
 def friction_left_open(export: Export) -> str | None:
@@ -232,8 +255,8 @@ def _lines_of(known: Known, key: str, table: str) -> Iterator[_Line]:
     if key in known.given:
         given = known.given[key]
         yield _Line(f"{name} = {toml(given.value)}", given.origin)
-    elif key == "contact.kind" and not known.bodies_lack:
-        yield _Line(f"{name} = {toml(known.kind)}")
+    elif key == "contact.kind":
+        yield _Line(f"{name} = {toml(known.kind)}", blanks[key].words if known.bodies_lack else "")
     elif key in blanks and not doubts and known.fits(key, blanks[key].value):
         own = run_key(key, known.kind)
         words = run_words(blanks[key].words, known.kind)
@@ -248,8 +271,10 @@ def _aligned(lines: Sequence[_Line]) -> list[str]:
 
 def _signals(group: Group, draft: Draft) -> list[str]:
     """Write what run.toml states about consecutive files."""
-    on_track = "conditions.track_radius" in draft.known.given
-    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", on_track=on_track)
+    track_key = track_key_of(draft.known.kind)
+    is_known = track_key in draft.known.given and not (track_key.startswith("contact.") and draft.known.bodies_lack)
+    lacks = "" if is_known else track_key
+    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", lacks)
     lines = [
         _Line("[[signals]]"),
         *_files(group),

@@ -18,7 +18,7 @@ from tribopipe.base.errors import ManifestError, UnitError
 from tribopipe.base.units import is_rotational, is_unit_of, to_si, with_point
 from tribopipe.documents.quantity import read_quantity
 from tribopipe.readers.column_meanings import plain_name
-from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, flat, shared_key, value_of
+from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, counterbody_key, flat, shared_key, value_of
 from tribopipe.readers.export_files import Export
 from tribopipe.readers.reader import ReadColumn
 
@@ -54,7 +54,7 @@ def gather(
     for setting in settings:
         _set(known, setting)
     for key, values in _facts(exports).items():
-        _take_fact(known, key, values)
+        _take_fact(known, counterbody_key(key, known.kind), values)
     take_radius(known)
     return known
 
@@ -120,12 +120,23 @@ def _take_fact(known: Known, key: str, said: Said) -> None:
         known.given[key] = before if text == before.value else Given(before.value, f"{_few(files)} gives {text}")
         return
     if before is not None and text != before.value:
+        known.dissent += _other_material(key, f"{text} {origin}", before)
         origin += f"; {before.origin.removeprefix('from ')} gives {before.value}"
     problem = known.take_text(key, text, origin)
     if problem is None:
         known.of_headers.add(key)
     else:
         known.doubt(key, text, f"from {_few(files)}, but {problem}")
+
+
+def _other_material(key: str, stated: str, before: Given) -> list[str]:
+    """Report another material than that of the template, whose modulus is used."""
+    if not key.endswith(".material"):
+        return []
+    return [
+        f"{key}: found {stated}, but {before.value} {before.origin}; expected both to agree; check that the modulus in "
+        "run.toml is that of the material"
+    ]
 
 
 def _few(names: Sequence[str]) -> str:
