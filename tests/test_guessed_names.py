@@ -208,6 +208,69 @@ def test_missing_item_is_a_key_error(expression, said, known):
         evaluated(expression, known)
 
 
+FURTHER = {
+    "run[['time', 'depth']].shape": lambda found, known: found == (1251, 2),
+    "run[['depth']].attrs['units']": lambda found, known: found == {"depth": "m"},
+    "dict(run)['depth'].max()": lambda found, known: found == known["run"]["depth"].max(),
+    "list(run.keys())": lambda found, known: found == list(known["run"]),
+    "list(archive.values())[0].id": lambda found, known: found == "si3n4-air-200mN",
+    "corrected['wear_depth'].iloc[-1]": lambda found, known: found == known["corrected"].frame()["wear_depth"].iloc[-1],
+    "archive.table().set_index('id')['k_d']": lambda found, known: len(found) == 1,
+    "f'{fit.k_d:.3e}'": lambda found, known: found == f"{fit_of(known).value:.3e} m²/N",
+    "f'{fit.k_d.to(\"mm^3/(N*m)\"):.2e}'": lambda found, known: found.endswith(" mm³/(N·m)"),
+    "f'{fit.k_d}'": lambda found, known: found == str(fit_of(known)),
+    "run.manifest.conditions.normal_load.to('mN').value": lambda found, known: found == pytest.approx(200),
+}
+"""Expressions of users of pandas and pint, written down after the first forty."""
+HINTS = {
+    "run.tail()": "did you mean 'frame'",
+    "run.df": "did you mean 'frame'",
+    "run.iloc[0]": "did you mean 'frame'",
+    "run.name": "did you mean 'id'",
+    "run.conditions": "did you mean 'manifest'",
+    "fit.best_values": "did you mean 'params'",
+    "fit.conf_interval()": "did you mean 'bodies'",
+    "fit.k_d.std_dev": "did you mean 'u'",
+    "fit.k_d.magnitude": "did you mean 'value'",
+    "fit.k_d.units": "did you mean 'unit'",
+    "archive.query('load > 300')": "did you mean 'table'.*archive\\[run_id\\]",
+    "archive.runs": "did you mean 'ids'",
+    "archive['si3n4-air-200mN'].k_d": "did you mean 'fits'",
+    "tp.load(folder)": "did you mean 'read_run'",
+    "tp.fit(run)": "did you mean 'fit_friction' or 'fit_wear'",
+    "tp.open('archive')": "did you mean 'open_archive'",
+}
+"""Expressions that do not work, and what the error names instead."""
+
+
+def fit_of(known):
+    return known["fit"].k_d
+
+
+@pytest.mark.parametrize("expression", FURTHER)
+def test_further_expression_works(expression, known):
+    found = evaluated(expression, known)
+    assert FURTHER[expression](found, known), found
+
+
+@pytest.mark.parametrize(("expression", "said"), HINTS.items())
+def test_names_of_other_packages_lead_to_those_here(expression, said, known):
+    with pytest.raises(AttributeError, match=said):
+        evaluated(expression, known)
+
+
+@pytest.mark.parametrize("make", [np.asarray, pandas.DataFrame])
+def test_run_is_no_array_of_its_names(make, known):
+    with pytest.raises(TypeError, match=r"found a run used as an array; expected a table; call frame\(\)"):
+        make(known["run"])
+
+
+@pytest.mark.parametrize("written", [("5 N",), (5, "N")])
+def test_quantity_without_keywords_is_refused_in_one_sentence(written):
+    with pytest.raises(TypeError, match=r"found .* without keywords; expected SI units; write tribopipe\.Quantity"):
+        tp.Quantity(*written)
+
+
 def test_what_is_no_run_is_refused(known):
     with pytest.raises(TypeError, match=r"found str .*call tribopipe.read_run\(folder\)"):
         tp.fit_wear(known["folder"])

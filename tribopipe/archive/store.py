@@ -126,6 +126,15 @@ class Archive(RunFiles):
             raise unknown_name(f"archive {self.folder}", run_id, self.ids(), "archive.ids() lists all")
         return ArchivedRun(self, run_id)
 
+    if not TYPE_CHECKING:  # A type checker would take every name for an attribute.
+
+        def __getattr__(self, name: str) -> Any:
+            """Raise ``UnknownNameError``, which names what there is instead."""
+            if name.startswith("_") or "folder" not in vars(self):  # the latter while it is unpickled
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            known = [known for known in dir(self) if not known.startswith("_")]
+            raise unknown_name(f"archive {self.folder}", name, known, "runs are items: archive[run_id]")
+
     def values(self) -> Iterator[ArchivedRun]:
         """Yield all runs in natural order of their ids."""
         return (ArchivedRun(self, run_id) for run_id in self.ids())

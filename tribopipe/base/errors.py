@@ -10,6 +10,25 @@ from difflib import get_close_matches
 
 _HALF = 600
 _MOST_LISTED = 12
+_MOST_MEANT = 3
+_MEAN_THE_SAME = {
+    "frame": (
+        "df data to_dataframe to_pandas to_frame to_numpy to_excel to_parquet iloc loc tail shape info dtypes values "
+        "items rolling best_fit eval predict"
+    ),
+    "id": "name",
+    "manifest": "metadata attrs conditions contact",
+    "params": "best_values parameters popt coefficients",
+    "bodies": "ci conf_interval interval",
+    "fits": "fit k_d",
+    "u": "error err std std_dev stderr sigma uncertainty s",
+    "value": "nominal_value magnitude m n nominal",
+    "table": "query filter select where df to_dataframe to_pandas loc iloc",
+    "ids": "list runs",
+    "read_run": "load Run",
+    "open_archive": "open_dataset",
+}
+"""Names of pandas, xarray, lmfit, pint and uncertainties, by the name that means the same here."""
 _CAPITAL = re.compile("(?<=[a-z])(?=[A-Z])")
 
 
@@ -107,9 +126,17 @@ def unknown_name(owner: str, name: object, known: Iterable[str], call: str = "")
     """Return the error about a name that is asked for in Python: what there is, the nearest of it, what to call."""
     choices = list(dict.fromkeys(known))
     there = f"expected one of {_listed(choices)}" if choices else "none are available"
-    near = nearest(str(name), choices)
-    rest = [f"did you mean {near!r}?" if near else "", call]
+    near = " or ".join(map(repr, meant(str(name), choices)))
+    rest = [f"did you mean {near}?" if near else "", call]
     return UnknownNameError("; ".join([f"{owner}: found no {name!r}", there, *filter(None, rest)]))
+
+
+def meant(name: str, choices: Sequence[str]) -> list[str]:
+    """Return what was probably meant: names that mean the same, contain the word, or are spelled alike."""
+    same = [own for own, others in _MEAN_THE_SAME.items() if own in choices and name in others.split()]
+    within = [choice for choice in choices if name in choice.split("_") and name != choice]
+    near = nearest(name, choices)
+    return same[:1] or within[:_MOST_MEANT] or ([near] if near else [])
 
 
 def nearest(name: str, choices: Iterable[str]) -> str | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from numbers import Real
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
 
@@ -27,6 +27,13 @@ class Arithmetic:
     """Operators of a quantity, with numbers and with each other: unit and uncertainty by pint and uncertainties."""
 
     __array_ufunc__ = None  # or arrays would compute element by element
+
+    def __format__(self, spec: str) -> str:
+        """Write the value by a format, with the unit and without the uncertainty; as ``str`` does without a format."""
+        if not spec:
+            return str(self)
+        shown: Any = self
+        return f"{shown.value:{spec}} {units.pretty(shown.unit)}".removesuffix(" 1")
 
     def __add__(self, other: Any) -> Any:
         return _computed(operator.add, self, other)
@@ -115,6 +122,8 @@ def _bare(unit: str) -> str:
 class Converted:
     """A quantity in a unit that somebody asked for: to be shown, not to be computed with."""
 
+    __format__ = Arithmetic.__format__
+
     value: float
     u: float | None
     """Standard uncertainty; None if not stated."""
@@ -139,6 +148,15 @@ class Quantity(Record, Arithmetic):
     """SI unit: m, s, N, Pa, m/s, m^2/N, or 1 for a ratio."""
     standard_uncertainty: float | None = None
     """Standard uncertainty in ``unit``; None if it was not stated."""
+
+    def __new__(cls, *written: Any, **_: Any) -> Self:
+        """Refuse what pydantic would refuse without stating how a quantity is written."""
+        if written:
+            raise TypeError(
+                f"Quantity: found {', '.join(map(repr, written))} without keywords; expected SI units; write "
+                'tribopipe.Quantity(value=0.2, unit="N", standard_uncertainty=0.002)'
+            )
+        return super().__new__(cls)
 
     def __str__(self) -> str:
         return self.shown()

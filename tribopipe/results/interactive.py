@@ -8,12 +8,12 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
 
 from pydantic import PrivateAttr
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.errors import nearest, unknown_name
+from tribopipe.base.errors import meant, nearest, unknown_name
 from tribopipe.documents.record import Record
 
 if TYPE_CHECKING:
@@ -70,14 +70,25 @@ class Tabular(Displayed):
         table: DataFrame = views().frame(self.unit_columns())
         return table
 
-    def __getitem__(self, name: str) -> "Series[float]":
-        """Return a column of ``frame()``, with its unit in ``attrs["units"]``.
+    @overload
+    def __getitem__(self, name: str) -> "Series[float]": ...
+
+    @overload
+    def __getitem__(self, name: list[str]) -> "DataFrame": ...
+
+    def __getitem__(self, name: str | list[str]) -> "Series[float] | DataFrame":
+        """Return a column of ``frame()``, with its unit in ``attrs["units"]``, or a table of several columns.
 
         Raises ``UnknownNameError``, a ``KeyError``, where there is no such column.
         """
         columns = self.unit_columns()
-        if name not in columns:
-            raise unknown_name(f"run {self.id}", name, columns, "use frame() for all columns in one table")
+        names = name if isinstance(name, list) else [name]
+        unknown = next((one for one in names if one not in columns), None)
+        if unknown is not None:
+            raise unknown_name(f"run {self.id}", unknown, columns, "use frame() for all columns in one table")
+        if isinstance(name, list):
+            table: DataFrame = views().frame({one: columns[one] for one in names})
+            return table
         column: Series[float] = views().column(name, columns[name])
         return column
 
@@ -87,8 +98,16 @@ class Tabular(Displayed):
     def __iter__(self) -> Iterator[str]:
         return iter(self.unit_columns())
 
-    def _ipython_key_completions_(self) -> list[str]:
+    def keys(self) -> list[str]:
+        """Return the names of the columns, so that ``dict(run)`` has them all."""
         return list(self.unit_columns())
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        """Raise ``TypeError``: an array would have lost the names and units of the columns, or only have the names."""
+        raise TypeError(f"run {self.id}: found a run used as an array; expected a table; call frame()")
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.keys()
 
     if not TYPE_CHECKING:  # A type checker would take every name for an attribute.
 
@@ -98,7 +117,7 @@ class Tabular(Displayed):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             columns = self.unit_columns()
             own = [known for known in dir(self) if not known.startswith("_")]
-            known = own if nearest(name, own) else [*columns, *own]
+            known = own if meant(name, own) else [*columns, *own]
             call = (
                 f"columns are items: [{nearest(name, columns) or next(iter(columns), 'time')!r}], and those of frame()"
             )
