@@ -159,7 +159,7 @@ class Contact(Record):
     own_conditions: ClassVar[tuple[str, ...]] = ()
     """Keys of conditions that make sense for this kind alone."""
     needed_conditions: ClassVar[tuple[str, ...]] = ()
-    """Keys of conditions that this kind needs, besides the load."""
+    """Keys of conditions that this kind needs in addition to the load."""
     like: ClassVar[Mapping[str, str]] = {}
     """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"

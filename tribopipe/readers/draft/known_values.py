@@ -103,7 +103,7 @@ def needed_bodies_of(kind: str) -> tuple[str, ...]:
 
 
 def needed_conditions_of(kind: str) -> list[str]:
-    """Return the conditions that a type of tribometer needs, besides the load."""
+    """Return the conditions that a type of tribometer needs in addition to the load."""
     contact = contact_named(kind)
     return [] if contact is None else [f"conditions.{name}" for name in contact.needed_conditions]
 

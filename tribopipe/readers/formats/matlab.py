@@ -90,7 +90,7 @@ def _tables(source: SourceFile) -> dict[str, ReadTable]:
 
 
 def _refuse_cut(source: SourceFile) -> None:
-    """Refuse a file that ends within a variable; one cut between two variables cannot be told from a shorter one."""
+    """Refuse a file that ends within a variable; one cut between two is not distinguished from a shorter one."""
     content, position = source.content, _HEAD
     order = ">" if content[_HEAD - 2 : _HEAD] == b"MI" else "<"
     while position + _TAG <= len(content):
