@@ -350,6 +350,12 @@ CASES = {
         "friction_force",
         samples_set("friction_force", slice(100), 0.02),
     ),
+    "friction_offset": (
+        "warning",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.15)),
+        "friction_force",
+        both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.02)),
+    ),
     "friction_sign": (
         "warning",
         there_and_back(60),

@@ -156,6 +156,7 @@ def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_de
     ways = {
         "disc_wear_depth": si(depth, "m"),
         "disc_track_width": si(2 * half, "m"),
+        "disc_track_area": si(track(CIRCLE, half, flat)[1] / (2 * math.pi * 8e-3), "m^2"),
         "disc_wear_volume": si(volume, "m^3"),
         "disc_mass_loss": si(volume * DENSITY, "kg"),
         "disc_profile": {"file": "track.csv"},
@@ -170,6 +171,28 @@ def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_de
         assert found.name == way
         assert found.depth.value == pytest.approx(depth, rel=10 * near if pin_depth else near)
         assert found.volume.value == pytest.approx(volume, rel=near)
+
+
+def test_cross_section_of_a_circle_needs_no_measurement_of_the_pin():
+    """V = 2πR_t·A, uncertain by A, here of four places, and R_t alone; the depth is hardly known."""
+    places = {"values": [f"{area} um^2" for area in (470, 490, 480, 480)]}
+    run = run_of(described(conditions={"track_radius": si(8e-3, "m", 8e-5)}, disc_track_area=places))
+    worn = pin_on_disc_wear(run, DEFAULTS)
+    (found,) = worn.bodies["disc"]
+    assert found.volume.value == pytest.approx(2 * math.pi * 8e-3 * 480e-12, rel=1e-9)
+    share = math.hypot(run.manifest.end_values.disc_track_area.standard_uncertainty / 480e-12, 0.01)
+    assert found.volume.standard_uncertainty == pytest.approx(share * found.volume.value, rel=1e-3)
+    assert found.depth.standard_uncertainty > 0.1 * found.depth.value
+    assert not any("rough" in note for note in worn.notes)
+
+
+@pytest.mark.parametrize("shape", ["truncated-sphere", "flat"])
+def test_cross_section_is_that_of_the_groove_under_any_pin(shape):
+    ends = {"pin_wear_depth": si(4e-6, "m"), "disc_track_area": si(900e-12, "m^2")}
+    wear = pin_on_disc_wear(run_of(described(shape, conditions=CIRCLE, **ends)), DEFAULTS).bodies["disc"][0]
+    contact = wear.pair.contact()
+    assert contact.groove_area == pytest.approx(900e-12, rel=1e-9)
+    assert wear.depth.value == pytest.approx(float(contact.groove_depth), rel=1e-9)
 
 
 def test_several_profiles_tell_their_mean_and_how_far_they_scatter():

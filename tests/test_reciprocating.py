@@ -137,3 +137,18 @@ def test_the_same_as_a_pin_on_a_disc_with_a_stroke():
         found.append([body.wear_coefficient for body in fit.bodies.values()])
     assert found[0] == found[1]
     assert len(found[0]) == 2
+
+
+@pytest.mark.parametrize("kind", ["reciprocating", "block-on-ring", "four-ball"])
+def test_cross_sections_of_the_track_have_the_name_of_the_body(kind):
+    bodies, other = {
+        "reciprocating": ({"ball": {"diameter": "6 mm", **STEEL}, "flat": STEEL}, "flat"),
+        "block-on-ring": ({"block": {"width": "6 mm", **STEEL}, "ring": {"radius": "17 mm", **STEEL}}, "ring"),
+        "four-ball": ({"ball": {"diameter": "12.7 mm", **STEEL}}, "top_ball"),
+    }[kind]
+    document = to_and_fro(contact={"kind": kind, **bodies}, end_values={f"{other}_track_area": "480 um^2"})
+    if kind != "reciprocating":
+        document["conditions"] = {"normal_load": "10 N", "sliding_speed": "0.1 m/s"}
+    run = read(document)
+    assert run.end_values.disc_track_area.value == pytest.approx(480e-12)
+    assert f"{other}_track_area" in run.model_dump(mode="json", by_alias=True, exclude_none=True)["end_values"]

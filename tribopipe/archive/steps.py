@@ -31,7 +31,7 @@ StepStage = Literal[
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
     "drift_correction": 4,
-    "friction_fit": 2,
+    "friction_fit": 3,
     "specific_wear": 2,
     "wear_fit": 6,
     "prediction": 4,

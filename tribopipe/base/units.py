@@ -41,6 +41,7 @@ KINDS: dict[str, Kind] = {
     "ratio": Kind("1", "1", "0.24"),
     "percentage": Kind("1", "%", "45 %"),
     "count": Kind("1", "1", "1e6"),
+    "area": Kind("m^2", "um^2", "480 um^2"),
     "volume": Kind("m^3", "mm^3", "2.7e-3 mm^3"),
     "mass": Kind("kg", "mg", "1.2 mg"),
     "frequency": Kind("1/s", "Hz", "10 Hz"),

@@ -295,8 +295,8 @@ class Contact(Record):
 
 
 _MEASURED = (
-    r"([_ ](?:wear[_ ]depth|wear[_ ]volume|track[_ ]width|scar[_ ](?:diameter|length|width)|mass[_ ]loss|profile"
-    r"|modulus|radius|end[_ ]value)\b)"
+    r"([_ ](?:wear[_ ]depth|wear[_ ]volume|track[_ ](?:width|area)|scar[_ ](?:diameter|length|width)|mass[_ ]loss"
+    r"|profile|modulus|radius|end[_ ]value)\b)"
 )
 
 

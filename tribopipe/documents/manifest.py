@@ -29,6 +29,7 @@ from tribopipe.documents.quantity import (
     Force,
     Frequency,
     Length,
+    MeasuredArea,
     MeasuredDepth,
     MeasuredLength,
     MeasuredMass,
@@ -319,6 +320,8 @@ class EndValues(Record):
     """Maximum depth of the wear track on the disc a pin rubs on."""
     disc_track_width: MeasuredLength | None = None
     """Width of the wear track on the disc a pin rubs on."""
+    disc_track_area: MeasuredArea | None = None
+    """Cross-sectional area of the wear track on the disc a pin rubs on, below its unworn surface."""
     disc_wear_volume: MeasuredVolume | None = None
     """Wear volume of the disc under a pin."""
     disc_mass_loss: MeasuredMass | None = None

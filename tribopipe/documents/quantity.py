@@ -436,6 +436,7 @@ DriftRate = Annotated[Quantity, *_rules("drift rate", positive=False)]
 WearCoefficient = Annotated[Quantity, *_rules("wear coefficient")]
 MeasuredLength = Annotated[EndValue, *_rules("length", method=True)]
 MeasuredDepth = Annotated[EndValue, *_rules("length", positive=False, method=True)]
+MeasuredArea = Annotated[EndValue, *_rules("area", method=True)]
 MeasuredVolume = Annotated[EndValue, *_rules("volume", positive=False, method=True)]
 MeasuredMass = Annotated[EndValue, *_rules("mass", positive=False, method=True)]
 

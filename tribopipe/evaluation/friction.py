@@ -19,6 +19,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
@@ -77,7 +78,8 @@ def fit_friction(
     instrument recorded was divided by a load that run.toml does not state: there A and b are uncertain by noise
     alone. Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
     """
-    return _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty()).fitted_to(run)
+    fit = _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty())
+    return fit.model_copy(update={"strokes": stroke_friction(run)}).fitted_to(run)
 
 
 def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -> FrictionFit:

@@ -2,6 +2,7 @@
 
 from typing import Literal
 
+from tribopipe.documents.preprocessing import StrokeMethod
 from tribopipe.documents.quantity import (
     Metres,
     MetresPerSecond,
@@ -101,6 +102,33 @@ class DriftCorrection(Record):
         )
 
 
+class StrokeFriction(Record):
+    """Friction coefficient of a reciprocating test by each definition in use, as means over its strokes."""
+
+    used: StrokeMethod | None = None
+    """The definition that the friction coefficient of this run is given by; None if it was not averaged per stroke."""
+    half_difference: Number
+    """Half the difference between forward and backward stroke over the middle of both, independent of an offset."""
+    middle_of_stroke: Number
+    """Mean of |μ| over the middle of the strokes."""
+    loop_energy: Number
+    """Friction work of a cycle over its load and length, (∮F dx)/(2·L·F_N), turning points included."""
+    root_mean_square: Number
+    """Square root of the mean of μ² over whole strokes."""
+    peak: Number
+    """Largest |μ| of a stroke: static friction, if it occurs at the turning points."""
+    offset: Number
+    """Half the sum of forward and backward stroke: offset of the force sensor, or tilt of the specimen."""
+
+    @property
+    def by_definition(self) -> dict[str, Number]:
+        """Return the value of each definition by its name."""
+        return {
+            name.replace("_", "-"): getattr(self, name)
+            for name in ("half_difference", "middle_of_stroke", "loop_energy", "root_mean_square", "peak")
+        }
+
+
 class FrictionFit(FitRecord):
     """μ(s) = A·exp(−s/c) + b (Eq. 7), or as much of it as the data hold."""
 
@@ -132,6 +160,8 @@ class FrictionFit(FitRecord):
     """Standard deviation of μ over the whole run, as vendor software prints it."""
     load: Literal["measured", "nominal", "recorded"] | None = None
     """Divisor of the friction force; "recorded" if the instrument recorded μ itself."""
+    strokes: StrokeFriction | None = None
+    """Friction coefficient by each definition, if a signed force was recorded in a reciprocating test."""
 
     @property
     def noise_covariance(self) -> tuple[tuple[float, ...], ...] | None:

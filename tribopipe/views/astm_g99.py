@@ -162,7 +162,8 @@ def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
 def _volume_key(manifest: RunManifest, name: str) -> str:
     """Name what is missing for a volume: the track's length if its cross-section was measured, else a measurement."""
     ended, conditions = manifest.end_values, manifest.conditions
-    track = name == "disc" and (ended.disc_profile or ended.disc_wear_depth or ended.disc_track_width)
+    across = (ended.disc_profile, ended.disc_wear_depth, ended.disc_track_width, ended.disc_track_area)
+    track = name == "disc" and any(across)
     if track and conditions.track_radius is None and conditions.stroke is None:
         return "conditions.track_radius"
     if name != "pin":

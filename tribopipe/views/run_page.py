@@ -13,7 +13,7 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.quantity import Quantity, between
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
-from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit
+from tribopipe.results.evaluation import DepthModel, DriftCorrection, FrictionFit, StrokeFriction
 from tribopipe.results.finding import Finding, first_of_each_code
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured_quantities, measured_quantity
@@ -142,9 +142,25 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
             ("mean of μ over the run", shown(result.mean)),
             ("standard deviation of μ over the run", shown(result.standard_deviation)),
             ("load used for the friction coefficient", result.load),
+            *(() if result.strokes is None else _definition(result.strokes)),
         ),
         result.notes,
+        () if result.strokes is None else (_definitions(result.strokes),),
     )
+
+
+def _definition(strokes: StrokeFriction) -> Iterator[tuple[str, str | None]]:
+    yield "definition used for the friction coefficient", strokes.used or "every sample, turning points included"
+    yield "offset of the friction coefficient", shown(strokes.offset)
+
+
+def _definitions(strokes: StrokeFriction) -> TextTable:
+    """Return a row for each definition of the friction coefficient."""
+    rows = [
+        (name, shown(value) or NOTHING, "yes" if name == strokes.used else "")
+        for name, value in strokes.by_definition.items()
+    ]
+    return TextTable("friction coefficient by definition", ("definition", "mean over strokes", "used"), tuple(rows))
 
 
 def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:

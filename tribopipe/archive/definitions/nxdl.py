@@ -25,6 +25,7 @@ _CATEGORIES = {
     "m": "NX_LENGTH",
     "um": "NX_LENGTH",
     "Pa": "NX_PRESSURE",
+    "m^2": "NX_AREA",
     "m^3": "NX_VOLUME",
     "s": "NX_TIME",
     "kg": "NX_MASS",

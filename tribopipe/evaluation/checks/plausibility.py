@@ -18,7 +18,7 @@ from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID,
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_tip import SCARS
-from tribopipe.evaluation.measurements.specific_wear import CLEARLY, specific_wear
+from tribopipe.evaluation.measurements.specific_wear import CLEARLY
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
@@ -226,7 +226,7 @@ def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if not run.manifest.interruptions or run.manifest.contact is None:
         return
     try:
-        bodies = specific_wear(cleaned.run).bodies
+        bodies = cleaned.wear.bodies
     except (ContactError, FitError):
         return
     for name, body in bodies.items():
@@ -246,7 +246,7 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if not run.manifest.interruptions or run.manifest.contact is None:
         return
     with suppress(ContactError, FitError):
-        for name, body in specific_wear(cleaned.run).bodies.items():
+        for name, body in cleaned.wear.bodies.items():
             if _are_increments(body.intervals):
                 yield Trouble(
                     f"interruptions, end_values of the {spoken(name)}",
@@ -284,13 +284,13 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if run.manifest.contact is None or not any(isinstance(one, EndValue) and one.value < 0 for one in measured):
         return
     with suppress(ContactError, FitError):
-        for name, body in specific_wear(cleaned.run).bodies.items():
+        for name, body in cleaned.wear.bodies.items():
             volume = body.volume
             if volume is not None and volume.value < -CLEARLY * (volume.standard_uncertainty or 0.0):
                 yield Trouble(
                     f"end_values of the {spoken(name)}",
-                    f"found a wear volume of {volume.shown('mm^3')}, a gain; expected a loss; the wear rate keeps its "
-                    "sign, and no k_D of this body is identified",
+                    f"found a wear volume of {volume.shown('mm^3')}, a gain; expected a loss; wear rate and k_D "
+                    "keep their sign",
                     "check the sign and repeat the weighing; material may have been transferred from the counterbody",
                 )
 
@@ -304,7 +304,7 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         return
     contact = run.manifest.contact
     with suppress(ContactError, FitError):
-        worn = {contact.body_name(role): rate.depth for role, rate in specific_wear(cleaned.run).bodies.items()}
+        worn = {contact.body_name(role): rate.depth for role, rate in cleaned.wear.bodies.items()}
         for name, coating in coatings.items():
             depth = worn.get(name)
             if depth is not None and depth.value > coating.value:

@@ -18,6 +18,7 @@ from tribopipe.evaluation.load_and_friction import load_path, recorded_load
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
+from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.axis_faults import mended, segments
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
@@ -25,6 +26,8 @@ from tribopipe.results.run import RawRun
 _FEWEST = 2
 _GAP = 10.0
 """A step this many times the median step is a gap."""
+_OFFSET = 0.1
+"""Offset of friction over friction in a reciprocating test above which it is reported."""
 _BOTH_WAYS = 0.2
 """Share of the samples with friction that have the rarer sign, in a test there and back."""
 _ANOTHER_UNIT = 5.0
@@ -403,6 +406,23 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
             "about this fraction",
+        )
+
+
+@check_cleaned("warning")
+def friction_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find friction that differs between forward and backward strokes, in a mean of |μ|."""
+    strokes = stroke_friction(cleaned.run)
+    if strokes is None or strokes.used == "half-difference":
+        return
+    offset, mu = abs(strokes.offset.value), strokes.half_difference.value
+    if offset > _OFFSET * mu:
+        yield Trouble(
+            "friction_force",
+            f"found a difference between forward and backward strokes, by an offset of {offset:.2g} of a friction "
+            f"coefficient of {mu:.2g}; expected less than {100 * _OFFSET:.0f} %",
+            'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe, which '
+            "is independent of an offset",
         )
 
 

@@ -1,9 +1,9 @@
 """The track on the disc that a pin rubs on: its depth and volume by whatever was measured across it.
 
 A profile shows depth and cross-section A; a circle of radius R_t makes of it the volume 2πR_t·A, a stroke there and
-back A times its length and the rounded ends. A depth, a width or a volume alone is one reading of two that are needed:
-the other is what was measured on the pin, or the width of the track with its depth. Where there is none, the pin has
-had any share of the wear.
+back A times its length and the rounded ends, as does A itself. A depth, a width or a volume alone is one reading of two
+that are needed: the other is what was measured on the pin, or the width of the track with its depth. Where there is
+none, the pin has had any share of the wear.
 """
 
 import math
@@ -27,6 +27,7 @@ from tribopipe.evaluation.measurements.readings import (
 )
 from tribopipe.evaluation.measurements.track_profile import Track
 from tribopipe.evaluation.measurements.worn_pair import (
+    AREA,
     UNKNOWN_SHARE,
     VOLUMES,
     WIDTHS,
@@ -74,6 +75,9 @@ def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUnce
         yield EndValueUsed("disc_wear_depth", *certain(end.disc_wear_depth, defaults.wear_depth.value))
     if end.disc_track_width is not None:
         yield EndValueUsed("disc_track_width", *certain(end.disc_track_width, defaults.track_width.value))
+    if end.disc_track_area is not None:
+        spread = defaults.wear_volume * end.disc_track_area.value
+        yield EndValueUsed("disc_track_area", *certain(end.disc_track_area, spread))
     if end.disc_wear_volume is not None:
         spread = defaults.wear_volume * abs(end.disc_wear_volume.value)
         yield EndValueUsed("disc_wear_volume", *certain(end.disc_wear_volume, spread))
@@ -118,6 +122,9 @@ def _by_pair(pair: WornPair) -> BodyWear:
         depth = None if pair.path is None else pair.find("disc_depth")
         known = None if pair.path is None else pair
         return replace(way, depth=depth, volume=quantity, assumed=frozenset({"depth"}), pair=known)
+    if name == AREA:
+        volume = None if pair.path is None else pair.find("disc_volume")
+        return replace(way, depth=pair.find("disc_depth"), volume=volume, assumed=frozenset({"depth"}))
     if name in WIDTHS:
         depth = pair.find("disc_depth") if pair.tip.widens else None
         if depth is None or depth.value <= 0:

@@ -23,6 +23,8 @@ from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, Wor
 from tribopipe.results.input_quantities import Source, stated_or_default
 
 WIDTHS = ("disc_track_width", "pin_scar_width")
+AREA = "disc_track_area"
+"""Cross-section of a track, which gives its volume but not its depth."""
 UNKNOWN_SHARE = EndValueUsed(
     "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
 )
@@ -131,7 +133,7 @@ def _with_shape(found: Quantity, what: Wear, *pairs: WornPair) -> Quantity:
     """Return a volume of the track as uncertain as its shape makes it as well, if it follows from depth or width."""
     if what != "disc_volume":
         return found
-    shaped = [_SHAPE * pair._value(what, _best(pair, what)) for pair in pairs if pair.disc.name not in VOLUMES]  # noqa: SLF001
+    shaped = [_SHAPE * pair._value(what, _best(pair, what)) for pair in pairs if pair.disc.name not in (AREA, *VOLUMES)]  # noqa: SLF001
     spread = math.hypot(found.standard_uncertainty or 0.0, *shaped)
     return found.model_copy(update={"standard_uncertainty": spread})
 
@@ -162,7 +164,7 @@ class _Solver:
 
     def depths(self) -> tuple[float, float]:
         """Return the depths of pin and track in the middle, m."""
-        if self.pair.disc.name not in VOLUMES:
+        if self.pair.disc.name not in (AREA, *VOLUMES):
             pin_depth = self._pin_depth(self._disc_depth)
             return pin_depth, self._disc_depth(pin_depth)
         if self.pair.pin.name in VOLUMES:
@@ -173,7 +175,7 @@ class _Solver:
             return min(self._pin_depth(lambda _: depth), most)
 
         def track(depth: float) -> float:
-            return self.volume(self.contact.at_depths(abs(pin_depth_beside(depth)), depth))
+            return self._size(self.contact.at_depths(abs(pin_depth_beside(depth)), depth))
 
         disc_depth = self._rising(track, lost)
         return pin_depth_beside(disc_depth), math.copysign(disc_depth, self.disc)
@@ -181,11 +183,15 @@ class _Solver:
     def _by_volumes(self) -> tuple[float, float]:
         """Return the depths by both volumes; those of the ends of a stroke are found in turns with its section."""
         pin, lost, ends = self.given[self.pair.pin.name], abs(self.disc), 0.0
-        per_length = self.volume(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
+        per_length = self._size(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
         for _ in range(_TURNS if self.pair.path is not None and self.pair.path.there_and_back else 1):
             worn = self.contact.worn(abs(pin), max(lost - ends, 0.0) / per_length)
-            ends = self.volume(worn) - per_length * float(worn.groove_area)
+            ends = self._size(worn) - per_length * float(worn.groove_area)
         return math.copysign(float(worn.pin_depth), pin), math.copysign(float(worn.groove_depth), self.disc)
+
+    def _size(self, worn: WornContact) -> float:
+        """Return what was measured of the track: its cross-section, m², or its volume, m³."""
+        return float(worn.groove_area) if self.pair.disc.name == AREA else self.volume(worn)
 
     def _disc_depth(self, pin_depth: float) -> float:
         """Return the depth of a track, m, whose depth or width was measured, under a pin worn by a depth, m."""

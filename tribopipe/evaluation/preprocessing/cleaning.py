@@ -1,7 +1,9 @@
 """Preprocessing of one run by the steps of a recipe, in their order."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -9,12 +11,14 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.preprocessing import CleaningStepName, CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.axes import join_axes
 from tribopipe.evaluation.preprocessing.forces import turn_friction, turn_load, turn_over, zero_forces
 from tribopipe.evaluation.preprocessing.masking import mask_samples, mask_spikes, mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.strokes import average_strokes
 from tribopipe.evaluation.preprocessing.workbench import Bench
 from tribopipe.results.run import RawRun, with_cleaned
+from tribopipe.results.specific_wear import SpecificWear
 
 _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
     "continuous-axes": join_axes,
@@ -29,7 +33,8 @@ _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
 }
 
 
-class CleanedRun(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class CleanedRun:
     """A run whose signals were preprocessed, and what was done to them."""
 
     run: RawRun
@@ -37,6 +42,14 @@ class CleanedRun(NamedTuple):
     record: CleanUp
     columns: Mapping[SignalName, Column]
     """The columns that differ from the raw ones."""
+
+    @cached_property
+    def wear(self) -> SpecificWear:
+        """Wear and specific wear rate of each body, computed once for all checks.
+
+        Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
+        """
+        return specific_wear(self.run)
 
 
 def clean_run(run: RawRun, recipe: Recipe | None = None) -> CleanedRun:

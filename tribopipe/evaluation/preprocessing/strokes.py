@@ -55,7 +55,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
     if not whole:
         return
     averaged = np.full(len(mu), np.nan)
-    for stroke, value in _values(signed, whole, step.middle, step.method):
+    for stroke, value in stroke_values(signed, whole, step.middle, step.method):
         averaged[stroke.middle(step.middle)] = value
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
@@ -96,10 +96,10 @@ def _beside_zero(seen: Column, swing: float) -> bool:
     return bool(swing > 0 and np.percentile(np.abs(seen), 1) > _BESIDE * swing)
 
 
-def _values(
+def stroke_values(
     signed: Column, strokes: list[Stroke], share: float, method: StrokeMethod
 ) -> Iterator[tuple[Stroke, float]]:
-    """Return the coefficient of each stroke; of two that follow each other the same one by half-difference."""
+    """Yield the coefficient of each stroke; of two that follow each other the same one by half-difference."""
     parts = [signed[stroke.middle(share)] for stroke in strokes]
     if method == "middle-of-stroke":
         for stroke, part in zip(strokes, parts, strict=True):

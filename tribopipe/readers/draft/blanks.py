@@ -101,6 +101,7 @@ BLANKS: dict[str, Blank] = {
     "end_values.pin_profile": _PROFILE,
     "end_values.disc_wear_depth": Blank(_DEPTH.example, "maximum depth of the wear track"),
     "end_values.disc_track_width": _WIDTH,
+    "end_values.disc_track_area": Blank('"480 um^2"', "cross-sectional area of the wear track"),
     "end_values.disc_wear_volume": _VOLUME,
     "end_values.disc_mass_loss": _MASS,
     "end_values.disc_profile": _PROFILE,

@@ -38,6 +38,9 @@ _SCARS = {
     "end_values.disc_track_width": (
         "track width, wear track width, Spurbreite, largeur de piste, ancho de huella, 磨痕宽度"
     ),
+    "end_values.disc_track_area": (
+        "track area, wear track area, cross-section area, cross-sectional area, Spurquerschnitt"
+    ),
     "end_values.pin_wear_volume": "ball wear volume, Kugelvolumen",
     "end_values.pin_mass_loss": "ball mass loss",
     "end_values.disc_wear_depth": "track depth, wear track depth, Spurtiefe",

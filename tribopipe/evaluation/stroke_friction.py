@@ -1,0 +1,75 @@
+"""The definitions of the friction coefficient of a reciprocating test, side by side."""
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.preprocessing import StrokeMethod, StrokeWiseFriction, UnloadedFriction
+from tribopipe.documents.quantity import Quantity
+from tribopipe.evaluation.derived_columns import coefficient
+from tribopipe.evaluation.preprocessing.strokes import Stroke, stroke_values, whole_strokes
+from tribopipe.results.evaluation import StrokeFriction
+from tribopipe.results.run import RawRun
+
+_MIDDLE: float = StrokeWiseFriction.model_fields["middle"].default
+_MOST = 0.5
+"""Share of the strokes whose coefficient must be that of a definition."""
+_METHODS: tuple[StrokeMethod, ...] = ("half-difference", "middle-of-stroke")
+
+
+def stroke_friction(run: RawRun) -> StrokeFriction | None:
+    """Return the friction coefficient of a run by each definition; None without a signed force or whole strokes.
+
+    Parameters
+    ----------
+    run
+        A run after preprocessing: its friction force has its sign, its coefficient may be given stroke by stroke.
+
+    Returns
+    -------
+    StrokeFriction or None
+        Means over the whole strokes, by the middle half of each where a definition takes the middle.
+    """
+    if run.manifest.conditions.stroke is None or "friction_force" not in run.columns:
+        return None
+    signed = _under_load(run)
+    mu = run.columns.get("friction_coefficient", signed)
+    whole = whole_strokes(signed, any_offset=True)
+    values = {
+        method: {one: value for one, value in stroke_values(signed, whole, _MIDDLE, method) if np.isfinite(value)}
+        for method in _METHODS
+    }
+    if not values["half-difference"]:
+        return None
+    paired = [*values["half-difference"]]
+    parts = [signed[one.start : one.end] for one in paired]
+    return StrokeFriction(
+        used=next((method for method in _METHODS if _given_by(mu, values[method])), None),
+        half_difference=_ratio([*values["half-difference"].values()]),
+        middle_of_stroke=_ratio([*values["middle-of-stroke"].values()]),
+        loop_energy=_ratio([one.direction * float(np.nanmean(part)) for one, part in zip(paired, parts, strict=True)]),
+        root_mean_square=_ratio([float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))]),
+        peak=_ratio([float(np.nanmax(np.abs(part))) for part in parts]),
+        offset=_ratio([float(np.nanmean(signed[one.middle(_MIDDLE)])) for one in paired]),
+    )
+
+
+def _under_load(run: RawRun) -> Column:
+    """Return the signed friction coefficient where the bodies are pressed together, otherwise NaN."""
+    signed = coefficient({**run.columns}, run.manifest)[0]
+    load = run.columns.get("normal_force")
+    least = UnloadedFriction.model_fields["share"].default * run.manifest.conditions.normal_load.value
+    return signed if load is None else np.where(load >= least, signed, np.nan)
+
+
+def _ratio(values: list[float]) -> Quantity:
+    return Quantity(value=float(np.mean(values)), unit="1")
+
+
+def _given_by(mu: Column, values: dict[Stroke, float]) -> bool:
+    """Return whether the coefficient of most strokes is that of a definition."""
+    taken = [mu[one.start : one.end] for one in values]
+    same = [
+        np.allclose(some[np.isfinite(some)], value, rtol=1e-12)
+        for some, value in zip(taken, values.values(), strict=True)
+    ]
+    return bool(np.mean(same) > _MOST and np.any(np.isfinite(mu)))
