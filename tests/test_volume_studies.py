@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, described, run_of, si
+from test_volume_fit import SCAR, sample
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
@@ -133,3 +134,20 @@ def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     assert then / now == pytest.approx(16.0**-power, rel=0.02)
     (plan,) = designs(run, "archard", 0.05)
     assert (plan.sliding_distance is None) == (power == 0)
+
+
+def test_runs_with_and_without_a_depth_signal_share_a_study():
+    recorded = sample(**SCAR)
+    columns = {name: values[::40] for name, values in recorded.columns.items()}
+    recorded = replace(recorded, columns=columns, extras={})
+    columns = {name: values for name, values in columns.items() if name != "depth"}
+    manifest = recorded.manifest.model_copy(update={"id": "scar"})
+    curve, scar = (
+        Member(correct_drift(run, QUICK), None)
+        for run in (recorded, replace(recorded, manifest=manifest, columns=columns))
+    )
+    evaluation = studied([curve], [scar])
+    first, other = evaluation.result.laws[0].runs
+    assert (first.first.what, other.first.what) == ("wear_depth", "wear_volume")
+    assert abs(other.first.e_n) < 1
+    assert plot_study_wear(evaluation.result, "archard", evaluation.curves).axes
