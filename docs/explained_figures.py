@@ -16,7 +16,7 @@ from tribopipe.physics.pin_on_disc import SphericalPin
 from tribopipe.results.wear_prediction import OUTCOMES, Outcome
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
 from tribopipe.views.plot import turned
-from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, key, styled
+from tribopipe.views.run_figures import BLACK, FORMULA, GREY, PALETTE, finish, key, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -191,6 +191,7 @@ def _magnify(axes: "Sequence[Axes]") -> None:
 
     for ax, panel in zip(axes, _PANELS, strict=True):
         ax.set_xscale("log")
+        ax.tick_params(labelsize=FORMULA)  # powers of ten
         if panel.outcome in ("depth", "half_width"):
             ax.set_yscale("log")
         if panel.outcome == "half_width":

@@ -17,11 +17,13 @@ from study_runs import HEAVY, LIGHT
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.browse import app
+from tribopipe.browse.answers import sparkline_answer
 from tribopipe.browse.server import listening
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.studies import run_study
+from tribopipe.results.evaluation import DriftCorrection
 
 RUN = "si3n4-air-200mN"
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -46,6 +48,20 @@ def lasting(_processed, tmp_path_factory):
 @pytest.fixture
 def reader(lasting):
     return lasting[1]
+
+
+def test_a_small_curve_goes_from_start_to_end_of_the_wear(lasting):
+    archive, client = lasting
+    told = client.get("api", "runs", RUN, "sparkline").json
+    assert told["name"] == "pin wear depth / µm"
+    assert 16 <= len(told["x"]) == len(told["y"]) <= 128
+    end = Archive(archive).result(RUN, "drift_correction", DriftCorrection).end_wear_depth
+    assert told["y"][-1] == pytest.approx(end.value * 1e6, abs=1.0)
+    assert abs(told["y"][0]) < 1.0
+
+
+def test_a_run_without_plots_has_no_small_curve():
+    assert sparkline_answer([]) == {"name": "", "x": [], "y": []}
 
 
 def test_the_archive_says_what_it_is(lasting):

@@ -153,6 +153,13 @@ def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
+def test_each_run_in_the_table_has_its_curve(page, site):
+    page.goto(site.of())
+    expect(page.locator("td.sparkline svg[role=img] polyline")).to_have_count(14)
+    row = page.get_by_role("row").filter(has=page.get_by_role("link", name=RUN))
+    expect(row.get_by_role("img", name="pin wear depth / µm")).to_be_visible()
+
+
 def test_scatter_plot_leads_to_runs_by_keyboard(page, site):
     page.goto(site.of("/scatter?x=load&y=k_d"))
     points = page.locator(".scatter-point")
@@ -160,7 +167,12 @@ def test_scatter_plot_leads_to_runs_by_keyboard(page, site):
     page.get_by_label("Horizontal axis").first.select_option("predicted_depth")
     expect(page.get_by_text("runs have no predicted wear depth.")).to_be_visible()
     page.get_by_label("Horizontal axis").first.select_option("friction")
-    page.get_by_role("checkbox", name="logarithmic vertical axis").check()
+    vertical = page.get_by_role("checkbox", name="logarithmic vertical axis")
+    expect(vertical).to_be_checked()  # k_D of the samples spans decades
+    expect(page.get_by_role("checkbox", name="logarithmic horizontal axis")).not_to_be_checked()
+    vertical.uncheck()
+    assert "logy=0" in page.url
+    vertical.check()
     assert "logy=1" in page.url
     legend = page.get_by_role("list", name="Materials")
     expect(legend.get_by_role("button")).to_have_count(2)

@@ -591,4 +591,4 @@ def test_study_page_of_discs_has_a_row_for_each():
     assert flat[:9] == ("", "", "", "", "", "cylindrical disc", "100 µm", "100 µm", "90.0 to 110.0")
     assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % CI: 4")
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
-    assert asdict(page)["laws"][0]["verdicts"][0]["sentence"] == "It holds."
+    assert asdict(page)["laws"][0]["agreement"][0]["sentence"] == "It holds."

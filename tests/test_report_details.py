@@ -1,6 +1,8 @@
 """Reports as a laboratory sends them: letterhead, customer, samples, standard, signatures; without advice; as PDF."""
 
+import re
 import shutil
+import subprocess
 from dataclasses import replace
 from datetime import date
 
@@ -251,3 +253,23 @@ def test_a_browser_makes_a_pdf(tested, files, run_cli, tmp_path):
         content = words[-1].read_bytes()
         assert content.startswith(b"%PDF-")
         assert content.count(b"/Type /Page\n") >= 5
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None or shutil.which("pdftotext") is None, reason="no browser, or no pdftotext")
+def test_a_pdf_has_all_of_the_report_and_numbers_its_pages(tested, files, run_cli, tmp_path):
+    for name in ("a.html", "a.pdf"):
+        result = run_cli("report", RUN, "--archive", tested.folder, "--details", files[0], "-o", tmp_path / name)
+        assert result.exit_code == 0, result.stderr
+    text = subprocess.run(
+        ["pdftotext", "-layout", tmp_path / "a.pdf", "-"], capture_output=True, encoding="utf-8", check=True
+    ).stdout
+    *pages, rest = text.split("\f")
+    assert rest == ""
+    assert len(pages) >= 5
+    found = [re.search(r"(\d+) ?/ ?(\d+)$", page.rstrip()) for page in pages]
+    assert [one and one.groups() for one in found] == [(f"{n}", f"{len(pages)}") for n in range(1, len(pages) + 1)]
+    whole = " ".join(text.split())
+    html = Page((tmp_path / "a.html").read_text(encoding="utf-8"))
+    headings = [" ".join(one.text.split()) for level in ("h1", "h2", "figcaption") for one in html.all(level)]
+    assert [heading for heading in headings if heading not in whole] == []

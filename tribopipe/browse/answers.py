@@ -26,6 +26,8 @@ from tribopipe.views.plot import Curve, Panel, Plot, Unit, axis_label
 
 _COLOURED = ("archard", "sarkar")
 """Laws with their own color; others take the next that is free."""
+_SPARKLINE_WIDTH = 32
+"""Pixels of a small curve in the table."""
 
 
 def plot_answer(name: str, plot: Plot, window: Window) -> dict[str, Any]:
@@ -43,6 +45,18 @@ def plot_answer(name: str, plot: Plot, window: Window) -> dict[str, Any]:
         "samples": max((len(part.x) for part in parts.values()), default=0),
         "points": max(_lengths(panels), default=0),
     }
+
+
+def sparkline_answer(offers: Sequence[PlotOffer]) -> dict[str, Any]:
+    """Answer the first curve of the first plot of a run in a few points; no points of a run without a plot."""
+    panels = offers[0].drawing().panels if offers else ()
+    panel = next((panel for panel in panels if panel.curves), None)
+    if panel is None:
+        return {"name": "", "x": [], "y": []}
+    curve = panel.curves[0]
+    whole = Window(None, None, _SPARKLINE_WIDTH)
+    points = shown(curve.x, whole.span([curve.x]), whole.width).thinned(curve.y)
+    return {"name": panel.label, "x": np.ascontiguousarray(points.x), "y": _drawn(points.y, curve.unit)}
 
 
 def _lengths(panels: Sequence[dict[str, Any]]) -> Iterator[int]:

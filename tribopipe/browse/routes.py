@@ -12,7 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
 from tribopipe.archive.hdf5_compression import unpacked
-from tribopipe.browse.answers import plot_answer, run_answer, study_answer
+from tribopipe.browse.answers import plot_answer, run_answer, sparkline_answer, study_answer
 from tribopipe.browse.guard import REPORT_POLICY
 from tribopipe.browse.library import Library
 from tribopipe.browse.multi_run_plots import compare, study_plots
@@ -106,6 +106,10 @@ def _add_run(router: APIRouter, library: Library) -> None:
         # The page asks for its first plot next. Its samples are read meanwhile, not before: HDF5 reads one at a time.
         library.aside.submit(_read_ahead, plots)
         return JsonAnswer(told)
+
+    @router.get("/runs/{run_id}/sparkline")
+    def sparkline(run_id: str) -> Response:
+        return JsonAnswer(sparkline_answer(run_plots(library.run(run_id))))
 
     @router.get("/runs/{run_id}/plots/{name}")
     def run_plot(run_id: str, name: str, window: Looked, x: str | None = None) -> Response:

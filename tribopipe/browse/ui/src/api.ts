@@ -55,6 +55,14 @@ export interface Runs {
   rows: Cell[][];
 }
 
+/** The first curve of a run in a few points; null where nothing was recorded, no points where it has no curve. */
+export interface Sparkline {
+  /** What the curve shows: "pin wear depth / µm". */
+  name: string;
+  x: (number | null)[];
+  y: (number | null)[];
+}
+
 
 export interface Remark {
   kind: "bad" | "good" | "tag" | "untag" | "note" | "amended";

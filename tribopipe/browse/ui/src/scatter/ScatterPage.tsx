@@ -15,7 +15,8 @@ import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
 import { rowsOf, type Row } from "../table/listing";
 import { QueryBox } from "../table/QueryBox";
-import { grouped, missing, quantities, quantityLabel, type Group } from "./points";
+import { coordinate, grouped, missing, quantities, quantityLabel, type Group } from "./points";
+import { isLogarithmic } from "./scale";
 import { ScatterPlot } from "./ScatterPlot";
 
 /** Any number of the runs against any other. */
@@ -59,13 +60,16 @@ function Asked({ archive, runs }: { archive: Archive; runs: Runs }) {
       </Empty>
     );
   }
+  const isLog = (axis: "x" | "y", column: Column) =>
+    isLogarithmic(query.get(logName(axis)), rows.flatMap((row) => coordinate(row, column)?.value ?? []));
+  const log = { x: isLog("x", x), y: isLog("y", y) };
   return (
     <Card title={`${y.label} against ${x.label}`}>
       <div className="scatter-axes">
-        <AxisChoice axis="y" label="Vertical axis" offered={offered} chosen={y} />
-        <AxisChoice axis="x" label="Horizontal axis" offered={offered} chosen={x} />
+        <AxisChoice axis="y" label="Vertical axis" offered={offered} chosen={y} log={log.y} />
+        <AxisChoice axis="x" label="Horizontal axis" offered={offered} chosen={x} log={log.x} />
       </div>
-      <Plotted rows={rows} x={x} y={y} />
+      <Plotted rows={rows} x={x} y={y} log={log} />
     </Card>
   );
 }
@@ -75,18 +79,19 @@ interface ChoiceProps {
   label: string;
   offered: Column[];
   chosen: Column;
+  log: boolean;
 }
 
 const logName = (axis: "x" | "y"): string => `log${axis}`;
 
-function AxisChoice({ axis, label, offered, chosen }: ChoiceProps) {
-  const { query } = useAddress();
-  const log = query.has(logName(axis));
+function AxisChoice({ axis, label, offered, chosen, log }: ChoiceProps) {
   return (
     <div className="scatter-axis">
       <label>
         <span>{label}</span>{" "}
-        <select value={chosen.name} onChange={(event) => setQuery({ [axis]: event.target.value }, { replace: true })}>
+        <select value={chosen.name} onChange={(event) =>
+            setQuery({ [axis]: event.target.value, [logName(axis)]: null }, { replace: true })
+          }>
           {offered.map((column) => (
             <option key={column.name} value={column.name}>
               {quantityLabel(column)}
@@ -98,7 +103,7 @@ function AxisChoice({ axis, label, offered, chosen }: ChoiceProps) {
         <input
           type="checkbox"
           checked={log}
-          onChange={() => setQuery({ [logName(axis)]: log ? null : "1" }, { replace: true })}
+          onChange={() => setQuery({ [logName(axis)]: log ? "0" : "1" }, { replace: true })}
         />
         logarithmic<span className="hidden"> {label.toLowerCase()}</span>
       </label>
@@ -106,9 +111,14 @@ function AxisChoice({ axis, label, offered, chosen }: ChoiceProps) {
   );
 }
 
-function Plotted({ rows, x, y }: { rows: Row[]; x: Column; y: Column }) {
-  const { query } = useAddress();
-  const log = { x: query.has(logName("x")), y: query.has(logName("y")) };
+interface PlottedProps {
+  rows: Row[];
+  x: Column;
+  y: Column;
+  log: { x: boolean; y: boolean };
+}
+
+function Plotted({ rows, x, y, log }: PlottedProps) {
   const all = useMemo(() => grouped(rows, x, y), [rows, x, y]);
   const groups = all.map((group) => ({ ...group, points: group.points.filter((point) => isOnAxes(point, log)) }));
   const left = count(all) - count(groups);

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { placeOn, scaleOf } from "./scale";
+import { isLogarithmic, placeOn, scaleOf } from "./scale";
 
 describe("scaleOf", () => {
   it("has round ticks around all values", () => {
@@ -19,6 +19,21 @@ describe("scaleOf", () => {
   it("has ticks at 1, 2 and 5 over few decades, at powers of ten over many", () => {
     expect(scaleOf([10, 100], true).ticks).toEqual([10, 20, 50, 100]);
     expect(scaleOf([1e-12, 1e-8], true).ticks).toEqual([1e-12, 1e-11, 1e-10, 1e-9, 1e-8]);
+  });
+});
+
+describe("isLogarithmic", () => {
+  it("is as chosen", () => {
+    expect(isLogarithmic("1", [1, 2])).toBe(true);
+    expect(isLogarithmic("0", [1, 1e6])).toBe(false);
+  });
+
+  it("follows from the values without a choice", () => {
+    expect(isLogarithmic(null, [7e-12, 1.4e-8])).toBe(true);
+    expect(isLogarithmic(null, [200, 1600])).toBe(false);
+    expect(isLogarithmic(null, [0, 1e6])).toBe(false);
+    expect(isLogarithmic(null, [-1, 1e6])).toBe(false);
+    expect(isLogarithmic(null, [])).toBe(false);
   });
 });
 

@@ -13,6 +13,15 @@ const TICKS = 10;
 /** A logarithmic axis over fewer decades has ticks at 1, 2 and 5 of each. */
 const FEW_DECADES = 3;
 
+/** Ratio of the largest to the smallest value from which an axis is logarithmic unless another is chosen. */
+const WIDE = 30;
+
+/** Whether an axis is logarithmic: as chosen, "1" or "0"; without a choice where positive values span decades. */
+export function isLogarithmic(chosen: string | null, values: number[]): boolean {
+  if (chosen !== null) return chosen === "1";
+  return values.length > 0 && Math.min(...values) > 0 && Math.max(...values) >= WIDE * Math.min(...values);
+}
+
 /** The axis for some values, of which a logarithmic one must have positive ones only. */
 export function scaleOf(values: number[], log: boolean): Scale {
   const [low, high] = values.length ? [Math.min(...values), Math.max(...values)] : [1, 10];

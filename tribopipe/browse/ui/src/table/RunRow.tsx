@@ -3,6 +3,7 @@ import { memo, type MouseEvent } from "react";
 import type { Column } from "../api";
 import { go, Link, runHref } from "../shell/router";
 import { Shown } from "./Shown";
+import { SparklineCell } from "./SparklineCell";
 import type { Row } from "./listing";
 import { textOf } from "./cells";
 
@@ -29,6 +30,7 @@ export const RunRow = memo(function RunRow({ row, number, columns, selected, onS
         />
         <Link href={runHref(row.id)}>{row.id}</Link>
       </th>
+      <SparklineCell id={row.id} />
       {columns.map(({ name, kind }) => (
         <td key={name} className={`is-${kind}`}>
           <Shown column={name} cell={row.cell(name)} />

@@ -61,7 +61,11 @@ export function RunsTable({ columns, all, rows, sort, stale, selected, onSort, o
         </colgroup>
         <thead>
           <tr aria-rowindex={1}>
-            {[ID, ...columns].map((column) => (
+            <Heading column={ID} sort={sort} onSort={onSort} />
+            <th scope="col" className="sparkline" title="Wear along the test, or the first recorded signal">
+              curve
+            </th>
+            {columns.map((column) => (
               <Heading key={column.name} column={column} sort={sort} onSort={onSort} />
             ))}
           </tr>

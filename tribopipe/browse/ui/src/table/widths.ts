@@ -1,6 +1,7 @@
 import type { Column } from "../api";
 import { textOf } from "./cells";
 import type { Row } from "./listing";
+import { WIDTH } from "./sparkline";
 
 const AT_MOST_EM = 21;
 /** The padding of a cell, and a little more. */
@@ -30,12 +31,12 @@ function pen(): Pen {
 
 const longest = (texts: string[]): string => texts.reduce((most, text) => (text.length > most.length ? text : most), "");
 
-/** Widths of the first column and the others, in px: fixed for all rows, so that nothing jumps while scrolling. */
+/** Widths of the first column, of the curves and of the others, in px: fixed for all rows, so that nothing jumps while scrolling. */
 export function columnWidths(columns: Column[], rows: Row[]): number[] {
   const { em, width } = pen();
   const within = (px: number): number => Math.ceil(Math.min(AT_MOST_EM * em, px) + ROOM_EM * em);
   const ids = width(longest(rows.map(({ id }) => id)), 600);
-  return [within(ids + BOX_EM * em), ...columns.map((column) => within(widest(column)))];
+  return [within(ids + BOX_EM * em), within(WIDTH), ...columns.map((column) => within(widest(column)))];
 
   function widest({ name, label, unit }: Column): number {
     const cell = width(longest(rows.map((row) => textOf(row.cell(name)))));
