@@ -45,7 +45,7 @@ def test_what_detect_promises_is_used(tmp_path, run_cli):
     assert run.columns["normal_force"][:2] == pytest.approx([0.2, 0.201])
     assert run.origins["friction_coefficient"] == "derived from measured load"
     assert "found a median of 0.2005 N" in findings(run)["load_not_nominal"].message
-    assert "signals.csv: column 'Fn [mN]' is taken as normal_force, from its name" in run.notes
+    assert "signals.csv: column 'Fn [mN]' is interpreted as normal_force, from its name" in run.notes
 
 
 MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal_force = 'Fn [mN]'\n"

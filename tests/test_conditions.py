@@ -46,7 +46,7 @@ def test_a_ladder_in_one_run_is_flagged(tmp_path):
     (told,) = found["conditions_change"]
     assert told.startswith(
         "Rotary.Velocity (rpm): found 119 rpm, 143 rpm, 168 rpm and 191 rpm in sequence, with the first change at "
-        "sample 1801; expected one value per run, as stated in run.toml; make one run per step with"
+        "sample 1801; expected one value per run, as stated in run.toml; create one run per step with"
     )
 
 
@@ -216,7 +216,7 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
     (told,) = found["strokes_differ"]
-    assert told.startswith("conditions.stroke: found 10 mm in run.toml, but column 'X' moves by 4.9")
+    assert told.startswith("conditions.stroke: found 10 mm in run.toml, but column 'X' changes by 4.9")
 
 
 def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):

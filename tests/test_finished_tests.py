@@ -67,7 +67,7 @@ def test_each_row_is_a_run_with_its_wear_rate(run_cli, lab):
     assert first["comment"] == "mean friction: 0,62; lab book: page 12"
     assert second["comment"] == "mean friction: 0,60"
     assert (lab / "A1" / "signals.csv").read_text() == "time [s],sliding distance [m]\n0,0\n5000,500\n"
-    assert "column 'lab book' is no key of run.toml and is kept in the comment of each run" in made.stderr
+    assert "column 'lab book' is not a key of run.toml and is kept in the comment of each run" in made.stderr
     done = run_cli("process", "A1", "--no-figures", "--json")
     assert done.exit_code == 0, done.stderr
     height = 3.0 - math.sqrt(3.0**2 - 0.206**2)

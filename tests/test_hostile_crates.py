@@ -192,7 +192,7 @@ def test_list_of_files_without_end_is_not_read(content, tmp_path):
     place = said.rfind(b"PK\x05\x06") + 12
     said[place : place + 4] = (1 << 30).to_bytes(4, "little")
     path.write_bytes(said)
-    assert "found a list of files of more than" in refused(path, tmp_path)
+    assert "found a file list of more than" in refused(path, tmp_path)
 
 
 def test_one_damaged_file_does_not_stop_the_others(content, tmp_path, run_cli):

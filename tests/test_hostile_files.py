@@ -97,7 +97,7 @@ def test_large_ones_are_refused_too(good, name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_every_command_stays_within_bounds(tmp_path):
-    names = ["512 MB of zeros in a small chunk", "10 000 groups in each other", "attribute that says it has 4 GB"]
+    names = ["512 MB of zeros in a small chunk", "10 000 nested groups", "attribute that says it has 4 GB"]
     # Forked processes begin with the memory of the one they come from, which the tests before have filled.
     filled = b"x" * int(hostile_files.MEGABYTES * 1e6)
     with ProcessPoolExecutor(1, get_context("spawn")) as fresh:

@@ -44,7 +44,7 @@ def test_usual_columns_are_those_something_is_known_of(ls):
             "materials",
             "medium",
             "load, mN",
-            "μ steady",
+            "steady-state μ",
             "k_D, 10⁻⁹ mm³/(N·mm)",
             "started",
             "stage",
@@ -178,7 +178,7 @@ def test_narrow_terminals_keep_what_matters_and_twenty_rows(ls, terminal, monkey
     shown = ls("--all").stdout
     assert HEAVIER in shown
     assert widest(shown) <= 80
-    assert [name for name in ("load", "μ steady", "k_D") if name not in shown] == []
+    assert [name for name in ("load", "steady-state μ", "k_D") if name not in shown] == []
     assert "tribometer" not in shown
 
 

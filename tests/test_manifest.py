@@ -203,7 +203,7 @@ def test_scar_of_a_flat_pin_at_an_interruption_is_named_with_its_place():
     document["contact"]["pin"]["shape"] = "flat"
     document["end_values"] = {}
     with pytest.raises(
-        ManifestError, match=r"^where: interruptions\[1\]\.pin_scar_diameter: found a scar size of a flat pin"
+        ManifestError, match=r"^where: interruptions\[1\]\.pin_scar_diameter: found a scar size for a flat pin"
     ):
         read_document(document, RunManifest, where="where")
 

@@ -117,7 +117,7 @@ def test_columns_that_mean_nothing_and_runs_without_a_row_are_named(run_cli, lab
     made = run_cli("new", "exports", "--ends", "ends.csv")
     assert made.exit_code == 0
     assert "ends.csv has no row for this run" in made.stderr
-    assert "ends.csv: column 'Bemerkung im Heft' is no key of run.toml and is not used" in made.stderr
+    assert "ends.csv: column 'Bemerkung im Heft' is not a key of run.toml and is not used" in made.stderr
 
 
 def test_what_a_table_says_stays_before_a_header_that_says_otherwise(run_cli, lab):
@@ -142,14 +142,14 @@ def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
     assert [run["id"] for run in told["runs"]] == ["copy-of-test_1", "test_2", "test_3", "test_4", "test_5"]
     assert {one["file"]: one["why"].partition(";")[0] for one in told["left_out"]} == {
         "lab.toml": "not an instrument export",
-        "notes.txt": "no reader knows its format",
+        "notes.txt": "no reader recognizes its format",
         "test_1.csv": "an exact duplicate of copy of test_1.csv",
         "test_2.txt": "another file is already used for the run test_2",
     }
-    assert told["runs"][4]["notes"] == ["it is 17 % as long as the other tests of the folder: aborted?"]
+    assert told["runs"][4]["notes"] == ["it is 17 % as long as the other tests in the folder: aborted?"]
     again = run_cli("new", "exports", "--set", "conditions.normal_load=5 N", "--into", "runs")
     assert again.exit_code == 1
-    assert "found no export from which a run can be made" in again.stderr
+    assert "found no export from which a run can be created" in again.stderr
 
 
 def test_a_broken_export_stops_no_other_and_is_a_failure(run_cli, lab):

@@ -282,7 +282,7 @@ def test_a_person_s_word_stays_and_is_named_where_the_recording_contradicts_it(l
     (lab / "a.csv").write_text(table(load=20.0), encoding="utf-8")
     made, _, document = drafted(lab / "a.csv", settings=[f"{LOAD}=5 N"])
     assert document["conditions"]["normal_load"] == "5 N"
-    assert any("found 5 N as you state it, but a median" in note for note in made.notes)
+    assert any("found 5 N as stated, but a median" in note for note in made.notes)
 
 
 MISLEADING = {

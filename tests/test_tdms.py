@@ -78,7 +78,7 @@ def test_different_groups_are_refused_by_name():
 def test_a_group_of_settings_is_left_out_with_a_note():
     table = read(tdms({"Settings": {"Load": (np.array([5.0]), {})}, "Test": {"Fz": FORCE}}))
     assert [column.name for column in table.columns] == ["Time", "Fz"]
-    assert table.notes == ("group 'Settings' contains no record of a test and is omitted",)
+    assert table.notes == ("group 'Settings' contains no test data and is omitted",)
 
 
 def test_a_channel_of_time_stamps_is_the_time():
@@ -170,7 +170,7 @@ def test_broken_chain_and_boasting_channels_are_refused():
         read(SMALL + bytes(40))
     boast = SMALL.replace(struct.pack("<IQ", 1, 5), struct.pack("<IQ", 1, 5 << 40), 1)
     assert boast != SMALL
-    with pytest.raises(ReaderError, match="channels of 48 bytes in total, but segments hold 50"):
+    with pytest.raises(ReaderError, match="channels of 48 bytes in total, but 50 in the segments"):
         read(boast)
 
 

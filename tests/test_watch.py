@@ -334,7 +334,7 @@ def test_an_export_goes_through_the_line_and_on(tmp_path):
     manifest.write_text(f"{manifest.read_text('utf-8')}# measured today\n", encoding="utf-8")
     bench.look()
     (done,) = bench.told(SETTLE)
-    assert done.details[0] == "run.toml amended; the earlier one is kept"
+    assert done.details[0] == "run.toml amended; the earlier version is kept"
     bench.put("a.csv", export(1, rows=60))
     bench.look()
     made, done = bench.told(SETTLE)
@@ -487,7 +487,7 @@ def test_once_deals_with_what_is_there_and_says_so(run_cli, lab):
     ("words", "told"),
     [
         (["away"], "found no folder at this path"),
-        (["in", "--runs", "."], "found it within the folder of runs or the archive"),
+        (["in", "--runs", "."], "found a folder within the folder of runs or the archive"),
         (["in", "--template", "run.toml"], "run.toml"),
     ],
 )

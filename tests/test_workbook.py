@@ -72,7 +72,7 @@ def test_settings_and_hidden_sheets_are_left_out_with_notes():
     table = read(xlsx({"Settings": settings, "Data": ROWS, "Old": other}, hidden=["Old"]))
     assert list(columns(table)) == ["Time [s]", "Ft"]
     assert table.notes == (
-        "sheet 'Settings' contains no record of a test and is omitted",
+        "sheet 'Settings' contains no test data and is omitted",
         "sheet 'Old' is hidden and omitted",
     )
 

@@ -201,7 +201,7 @@ INSIDE: dict[str, Spoil] = {
     "1 GB of zeros in ordinary chunks": _packed(1 << 27, _CHUNK, 0.5),
     "512 MB of zeros in a small chunk": _packed(None, None, 512),
     "chunk of 4 GB": _packed((1 << 29) - 1, (1 << 29) - 1, 4095),
-    "10 000 groups in each other": _deep,
+    "10 000 nested groups": _deep,
     "group in itself": _hard_link,
     "soft link to itself": _link(DEPTH, h5py.SoftLink(f"/{DEPTH}")),
     "soft link for a result": _link("entry/friction_fit", h5py.SoftLink("/entry/specific_wear")),
@@ -288,7 +288,7 @@ def _block_of_1_gb(path: Path) -> None:
 
 
 STUDY: dict[str, Spoil] = {
-    "study with 10 000 groups in each other": _deep,
+    "study with 10 000 nested groups": _deep,
     "study with a text of 64 MB": _text("entry/result/data", "x" * (64 << 20)),
     "study with a result 100 000 deep": _text("entry/result/data", "[" * 100_000),
     "study of no JSON": _text("entry/study/data", "{"),

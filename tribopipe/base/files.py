@@ -65,7 +65,7 @@ def sha256_of(path: Path) -> str:
 def _refuse_endless(seen: os.stat_result) -> None:
     """Refuse what is no file: opening a pipe may wait for ever, and a device may have no end."""
     if not stat.S_ISREG(seen.st_mode):
-        raise OSError(errno.EINVAL, "no file, but a pipe or a device")
+        raise OSError(errno.EINVAL, "not a file, but a pipe or a device")
 
 
 def stored_size(path: Path) -> int:
@@ -75,7 +75,7 @@ def stored_size(path: Path) -> int:
     """
     seen = path.stat()
     if not stat.S_ISREG(seen.st_mode):
-        raise OSError(0, "no regular file")
+        raise OSError(0, "not a regular file")
     return min(seen.st_size, 512 * getattr(seen, "st_blocks", seen.st_size))
 
 

@@ -183,7 +183,7 @@ def _paths(path: str, found: Part) -> list[str]:
     while waiting:
         above, group = waiting.pop()
         if len(names) + group.get_num_objs() > _MOST_PATHS or above.count("/") > _MOST_LEVELS:
-            raise _too_large(f"more than {_MOST_PATHS:,} paths, or {_MOST_LEVELS} groups in each other")
+            raise _too_large(f"more than {_MOST_PATHS:,} paths, or {_MOST_LEVELS} nested groups")
         for name, address in _links(group):
             names.append(f"{above}/{name.decode(errors='replace')}")
             if address is not None and address not in seen:

@@ -51,7 +51,7 @@ def _plain(value: object) -> Any:
         return value.model_dump(mode="json", by_alias=True)
     if isinstance(value, Mapping):
         return dict(value)
-    raise TypeError(f"{type(value).__name__} is no JSON")
+    raise TypeError(f"{type(value).__name__} is not JSON")
 
 
 def failure(status: int, sentence: str) -> JsonAnswer:

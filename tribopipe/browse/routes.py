@@ -39,7 +39,7 @@ def _window(
     """Read what of a plot is looked at."""
     if any(edge is not None and not isfinite(edge) for edge in (start, end)):
         raise HTTPException(
-            400, "found an edge of the plot that is no number; expected finite ones; show the whole plot"
+            400, "found a limit of the plot that is not a number; expected finite limits; show the whole plot"
         )
     return Window(start, end, width)
 
@@ -91,7 +91,7 @@ def _add_comparison(router: APIRouter, library: Library) -> None:
         chosen = list(dict.fromkeys(name for name in runs.split(",") if name))
         if not 1 <= len(chosen) <= _MOST_COMPARED:
             raise HTTPException(
-                400, f"found {len(chosen)} runs to compare; expected 1 to {_MOST_COMPARED}; choose others"
+                400, f"found {len(chosen)} runs to compare; expected 1 to {_MOST_COMPARED}; select other runs"
             )
         drawing = compare(what, [library.run(run_id) for run_id in chosen], extra.split(","), x)
         return JsonAnswer(plot_answer(what, drawing, window))

@@ -199,6 +199,7 @@ def listening(port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         raise ArchiveError(
-            f"--port {port}: cannot be used ({error.strerror or error}); expected a free port; leave it out to take any"
+            f"--port {port}: cannot be used ({error.strerror or error}); expected a free port; omit --port to use any "
+            "free port"
         ) from None
     return listener

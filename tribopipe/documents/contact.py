@@ -410,7 +410,7 @@ class SlidingPin(Contact):
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
         if self.pin.shape == "flat":
             raise ValueError(
-                f"{key}: found a scar size of a flat pin, whose contact area is constant; expected pin_wear_depth; "
+                f"{key}: found a scar size for a flat pin, whose contact area is constant; expected pin_wear_depth; "
                 "specify the wear depth instead"
             )
         diameter = 2 * self.pin.radius.value

@@ -208,7 +208,7 @@ def _inside_run_folder(name: str) -> str:
     path = PureWindowsPath(name)
     if not name.isprintable() or path.anchor or ".." in path.parts:
         raise ValueError(
-            f"found {name!r}; expected a file in the run folder, since it contains all files of the run; "
+            f"found {name!r}; expected a file in the run folder, which must contain all files of the run; "
             "copy the file next to run.toml"
         )
     return name
@@ -682,8 +682,8 @@ def read_manifest(path: Path) -> tuple[RunManifest, bytes]:
     """
     if leads_out(path, path.parent):
         raise ManifestError(
-            f"{path}: found a link to a file outside the run folder; expected run.toml itself, since a run contains "
-            "all its files; replace the link with a copy of the file"
+            f"{path}: found a link to a file outside the run folder; expected run.toml itself, because a run folder "
+            "must contain all its files; replace the link with a copy of the file"
         )
     content = read_bytes(path)
     return read_document(parse_toml(path, content), RunManifest, where=str(path)), content

@@ -395,7 +395,7 @@ def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
             "is an extrapolation"
         )
     if fit.parameters[0] < 0:
-        notes.append("friction rises from its start")
+        notes.append("friction increases from the start")
     return tuple(notes)
 
 

@@ -94,8 +94,8 @@ def find_runs(path: Path) -> list[Path]:
     """Return the run folders at or below a path. Raises ``ManifestError`` where there is none."""
     if path.is_file() and path.suffix.lower() != ".toml":
         raise ManifestError(
-            f"{path}: found a file; expected a run folder; to make a run folder from an instrument file, "
-            f"run: tribopipe new {_as_typed(path)}"
+            f"{path}: found a file; expected a run folder; to create a run folder from an instrument file, run: "
+            f"tribopipe new {_as_typed(path)}"
         )
     if manifest_path(path).is_file() or not path.is_dir():
         return [path]
@@ -103,7 +103,7 @@ def find_runs(path: Path) -> list[Path]:
     found = sorted((manifest.parent for manifest in manifests), key=lambda run: natural_order(str(run)))
     if not found:
         raise ManifestError(
-            f"{path}: found no {MANIFEST_NAME} in it or its subfolders; expected a run folder; to make run folders "
+            f"{path}: found no {MANIFEST_NAME} in it or its subfolders; expected a run folder; to create run folders "
             f"from instrument files, run: tribopipe new {_as_typed(path)}"
         )
     return found

@@ -37,8 +37,8 @@ def with_file(
     path = folder / name
     if leads_out(path, folder):
         raise ReaderError(
-            f"{name}: found a link to a file outside the run folder; expected a {what} in the run folder, since a "
-            "run contains all its files; replace the link with a copy of the file"
+            f"{name}: found a link to a file outside the run folder; expected a {what} in the run folder, which must "
+            "contain all files of the run; replace the link with a copy of the file"
         )
     try:
         if path.is_dir():
@@ -249,7 +249,7 @@ def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: in
 def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_ARMS) -> list[str]:
     """Return what a person should know of how a file was read and understood."""
     synonyms = [
-        f"column {column.name!r} is taken as {name}, from its name"
+        f"column {column.name!r} is interpreted as {name}, from its name"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if told is None and is_synonym(column, name)

@@ -167,7 +167,7 @@ def _account(lines: int, profiles: list[Profile], fewest: int, file: str, key: s
     if not profiles:
         raise ReaderError(
             f"{file}: found {fewest} points with position and height for {key}; expected at least {_FEWEST}; "
-            "export the profile with all its points"
+            "export the complete profile"
         )
     if len(profiles) < lines:
         notes.append(f"{lines - len(profiles)} of {lines} scan lines omitted, with fewer than {_FEWEST} points each")

@@ -38,8 +38,8 @@ def several_tests(file: str, names: Sequence[str]) -> ReaderError:
     listed = " and ".join([", ".join(map(repr, names[:-1])), repr(names[-1])])
     return ReaderError(
         f"{file}: found a test table in each of the sheets {listed}; expected one test; choose one with "
-        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or make one run per sheet "
-        "with `tribopipe new --each-sheet`"
+        "`tribopipe new --sheet NAME` (in run.toml, sheet = NAME under [[signals]]), or create one run per sheet with "
+        "`tribopipe new --each-sheet`"
     )
 
 
@@ -54,7 +54,7 @@ def join_parts(file: str, kind: str, parts: Mapping[str, ReadTable]) -> ReadTabl
     """
     shapes = [_shape(table) for table in parts.values() if _is_record(table)]
     tables = {name: table for name, table in parts.items() if not shapes or _shape(table) in shapes}
-    left = [f"{kind} {name!r} contains no record of a test and is omitted" for name in parts if name not in tables]
+    left = [f"{kind} {name!r} contains no test data and is omitted" for name in parts if name not in tables]
     (first, table), *others = tables.items()
     for name, other in others:
         if _shape(other) != _shape(table):

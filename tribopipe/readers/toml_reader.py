@@ -131,7 +131,7 @@ def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tu
     if number is not None:
         raise ReaderError(
             f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as given by the "
-            f"profile {profile.name!r}; correct units_row, or where the table begins"
+            f"profile {profile.name!r}; correct units_row, or the position of the table"
         )
     return units
 

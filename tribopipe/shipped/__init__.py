@@ -16,5 +16,6 @@ def shipped(name: str) -> Path:
         if (folder / name).exists():
             return folder / name
     raise InternalError(
-        f"{name}: found no such file in this installation; expected it to come with tribopipe; install it again"
+        f"{name}: found no such file in this installation; expected a file that is part of tribopipe; reinstall "
+        "tribopipe"
     )

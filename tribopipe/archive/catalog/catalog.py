@@ -91,8 +91,8 @@ def _read(archive: Path, name: str, known: Known) -> Note:
         if number := number_of(error):
             raise ArchiveError(f"{path}: {unreadable(number)}") from error
         raise ArchiveError(
-            f"{path}: found a damaged file ({type(error).__name__}: {error}); expected the file as tribopipe "
-            "wrote it; restore it from a copy"
+            f"{path}: found a damaged file ({type(error).__name__}: {error}); expected an unmodified tribopipe file; "
+            "restore it from a copy"
         ) from error
 
 

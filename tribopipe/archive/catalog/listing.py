@@ -102,7 +102,7 @@ _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
 _ALL = (
     _text("id", "run", "Name of the run.", shown=True),
     _text("mark", "mark", "Shows 'bad' for a run that is marked bad.", shown=True),
-    _text("tags", "tags", "Tags given to the run.", joint=", ", shown=True),
+    _text("tags", "tags", "Tags of the run.", joint=", ", shown=True),
     _text("title", "title", "Title of the run."),
     _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
     _text("material", "materials", "Materials of the bodies.", joint=" / ", shown=True),
@@ -120,7 +120,7 @@ _ALL = (
     _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
     _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
     _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
-    _number("friction", "μ steady", "Steady friction coefficient b of the fit.", "ratio", shown=True),
+    _number("friction", "steady-state μ", "Steady-state friction coefficient, b of the fit.", "ratio", shown=True),
     _number("friction_amplitude", "A", "Initial friction above the steady state, A of the fit.", "ratio"),
     _number("running_in", "c", "Running-in distance, c of the fit.", "distance", "m"),
     _number("mean_friction", "mean μ", "Mean friction coefficient over the entire run.", "ratio"),

@@ -122,7 +122,7 @@ def _complaint(said: str) -> str:
     """Return the first line of the output of npm with an error, else its first line."""
     lines = [line.removeprefix("npm error ").strip() for line in said.splitlines() if _tells(line)]
     telling = [line for line in lines if "error" in line.lower() or "failed" in line.lower() or "not found" in line]
-    return (telling or lines or ["it failed and said nothing"])[0]
+    return (telling or lines or ["it failed without a message"])[0]
 
 
 def _tells(line: str) -> bool:

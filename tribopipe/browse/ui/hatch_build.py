@@ -49,12 +49,12 @@ class ClientHook(BuildHookInterface[Any]):
                 self._folder.cleanup()  # Hatch does not finalize what it gives up.
                 self.app.abort(
                     f"the web client cannot be built ({error}); expected Node 20.19 or 22.12 or newer with npm, and "
-                    f"the npm registry in reach; install Node and build again, or set {WITHOUT}=1 for a package "
+                    f"access to the npm registry; install Node and build again, or set {WITHOUT}=1 for a package "
                     "without the pages of `tribopipe browse`"
                 )
             self.app.display_warning(
-                f"the web client was not built ({error}), so `tribopipe browse` has no pages to show; all else works; "
-                "install again with the npm registry in reach"
+                f"the web client was not built ({error}), so `tribopipe browse` has no pages to show; everything else "
+                "works; install again with access to the npm registry"
             )
             return
         try:

@@ -62,7 +62,7 @@ def conditions_change(run: RawRun) -> Iterator[Trouble]:
                 channel.label,
                 f"found {_spoken([channel.shown(value) for value in levels.values])} in sequence, with the first "
                 f"change at {run.numbered(levels.change)}; expected one value per run, as stated in run.toml",
-                "make one run per step with `tribopipe new FILE --split COLUMN`, or choose steps = [n] under "
+                "create one run per step with `tribopipe new FILE --split COLUMN`, or select steps = [n] under "
                 "[[signals]] in run.toml",
             )
 
@@ -285,8 +285,8 @@ def _stroke_length(run: RawRun, strokes: list[Stroke], stated: float) -> Iterato
     if channel is not None and span > _STROKE_TOLERANCE * stated and abs(span - stated) > _STROKE_TOLERANCE * stated:
         yield Trouble(
             "conditions.stroke",
-            f"found {channel.shown(stated)} in run.toml, but column {channel.label!r} moves by {channel.shown(span)} "
-            f"per stroke; expected agreement within {100 * _STROKE_TOLERANCE:.0f} %",
+            f"found {channel.shown(stated)} in run.toml, but column {channel.label!r} changes by "
+            f"{channel.shown(span)} per stroke; expected agreement within {100 * _STROKE_TOLERANCE:.0f} %",
             "correct stroke, the distance from one turning point to the next",
         )
 

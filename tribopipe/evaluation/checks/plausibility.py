@@ -365,7 +365,7 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "conditions.stroke",
             f"found a stroke of {stroke.shown('mm')}, not longer than {what} of {show(longest, None, 'm', 'mm')}; "
-            "expected a longer stroke, since parts of both bodies never leave the contact (fretting)",
+            "expected a longer stroke: at this stroke, parts of both bodies never leave the contact (fretting)",
             "check both units; in fretting, report the wear volumes and do not predict depths from k_D",
         )
 

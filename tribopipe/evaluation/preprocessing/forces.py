@@ -106,7 +106,8 @@ def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
         return False
     seen = force[where & np.isfinite(force)]
     if len(seen) < _FEWEST_SEEN:
-        bench.leave(name, f"not zeroed: {len(seen)} samples {why}; expected at least {_FEWEST_SEEN}", "too few")
+        samples = "1 sample" if len(seen) == 1 else f"{len(seen)} samples"
+        bench.leave(name, f"not zeroed: {samples} {why}; expected at least {_FEWEST_SEEN}", "too few")
         return False
     zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
     uncertainty = spread / math.sqrt(effective_samples(seen))

@@ -100,7 +100,7 @@ def _corrected(run: CorrectedRun | RawRun, recipe: Recipe) -> CorrectedRun:
         return run
     raise TypeError(
         f"fit_wear: found {type(run).__name__} {str(run)[:60]!r}; expected a run; call tribopipe.read_run(folder), or "
-        "take archive[run_id].corrected"
+        "use archive[run_id].corrected"
     )
 
 

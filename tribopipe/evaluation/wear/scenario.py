@@ -361,6 +361,6 @@ def _beyond(excess: Callable[[float], float], start: float) -> float:
         if excess(place := start * 2.0**doublings) >= 0:
             return place
     raise FitError(
-        "wear law: found a wear rate that decreases so that this depth is never reached; expected a depth that is "
-        "reached; give a smaller one"
+        "wear law: found a wear rate that decreases so that this depth is never reached; expected a depth that can be "
+        "reached; specify a smaller depth"
     )

@@ -51,7 +51,7 @@ def organisation(graph: Graph, one: Organisation) -> Ref:
 def licence(graph: Graph, dataset: Dataset) -> Ref:
     """Describe the license, or report that there is none."""
     if dataset.licence is None:
-        return graph.thing("#no-licence", "CreativeWork", name="No license given", description=_NOT_SAID)
+        return graph.thing("#no-licence", "CreativeWork", name="No license specified", description=_NOT_SAID)
     iri = f"https://spdx.org/licenses/{dataset.licence}"
     description = f"SPDX license {dataset.licence}."
     return graph.thing(
@@ -118,7 +118,7 @@ def archive_action(graph: Graph, run: RunOutline, archived: Ref, made: Placed) -
         local(run.manifest.id, "ingest"),
         "CreateAction",
         name=f"Archive {run.manifest.id}",
-        description="Read, check and archive a run folder; signals in SI.",
+        description="Read, check and archive a run folder; signals in SI units.",
         additionalType=term("evaluation"),
         instrument=software(graph, run.environment.get("tribopipe", "unknown")),
         object=[ref for path, (_, ref) in made.items() if path.startswith("source/")],

@@ -68,7 +68,7 @@ class Packed:
         if member is None:
             raise ArchiveError(
                 f"{self.path}: found no {METADATA} in it; expected an RO-Crate or a .eln file, packed or unpacked; "
-                "name one of these"
+                "specify one of these"
             )
         if member.size > _MOST_METADATA:
             raise self.refused(f"{METADATA} of {member.size:,} bytes", f"at most {_MOST_METADATA:,}")
@@ -156,7 +156,7 @@ def _zip(path: Path) -> Iterator[ZipFile]:
         with path.open("rb") as file:
             if _directory_size(file) > _MOST_DIRECTORY:
                 raise ArchiveError(
-                    f"{path}: found a list of files of more than {_MOST_DIRECTORY:,} bytes; expected a crate of a few "
+                    f"{path}: found a file list of more than {_MOST_DIRECTORY:,} bytes; expected a crate of a few "
                     "thousand files; unpack it, and specify the folder"
                 )
             unpacking = ZipFile(file)
@@ -280,8 +280,8 @@ def restore(path: Path, archive: Archive, advance: Callable[[str], None] = lambd
         files = list(_archived(described))
         if not files:
             raise ArchiveError(
-                f"{path}: found no archived run in it; expected a crate that `tribopipe export` wrote; of another one, "
-                "unpack it and point `tribopipe new` at the instrument's files"
+                f"{path}: found no archived run in it; expected a crate written by `tribopipe export`; unpack any "
+                "other crate, and use `tribopipe new` with its instrument files"
             )
         for one in files:
             try:

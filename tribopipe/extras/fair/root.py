@@ -51,7 +51,7 @@ _UNKNOWN = ":unav"
 def datacite(
     dataset: Dataset, *, title: str, description: str, keywords: Sequence[str], published: str
 ) -> dict[str, Any]:
-    """Return the fields of DataCite; required fields that are not stated is ":unav"."""
+    """Return the DataCite fields; required fields that are not stated is ":unav"."""
     said = {
         "schemaVersion": "http://datacite.org/schema/kernel-4",
         "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Tribometer runs"},
@@ -151,7 +151,7 @@ def describe_root(
         "about",
         list(_about(graph, summary, dataset, document)),
         name="About this data set",
-        description="What the files mean: codebook, schemas, and the metadata that repositories require.",
+        description="Documentation of the files: codebook, schemas, and the metadata that repositories require.",
         author=author,
     )
     graph.describe(
@@ -225,10 +225,10 @@ def _about(graph: Graph, summary: _Summary, dataset: Dataset, document: bytes | 
             encodingFormat="application/schema+json",
         )
     meanings = codebook(graph.things("PropertyValue"))
-    meant = "every column and key: unit, meaning, identifiers"
+    meant = "all columns and keys: units, meanings, identifiers"
     yield graph.file("about/codebook.csv", meanings, description=meant, encodingFormat=CSV)
     fields = orjson.dumps(datacite(dataset, **summary._asdict()), option=orjson.OPT_INDENT_2)
-    yield graph.file("about/datacite.json", [fields, b"\n"], description="fields of DataCite", encodingFormat=JSON)
+    yield graph.file("about/datacite.json", [fields, b"\n"], description="DataCite fields", encodingFormat=JSON)
     if document is not None:
         said = "description by the laboratory"
         yield graph.file(DATASET, [document], description=said, encodingFormat="application/toml")

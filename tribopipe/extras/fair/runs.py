@@ -203,7 +203,7 @@ def _archived(graph: Graph, path: Path, form: Format, meaning: str) -> Ref:
         local("format", str(form)),
         "CreativeWork",
         name=str(form),
-        description="NeXus HDF5 as tribopipe archives it, with the SHA-256 checksum of its content.",
+        description="NeXus HDF5 as archived by tribopipe, with the SHA-256 checksum of its content.",
     )
     return graph.standing(path, description=meaning, encodingFormat=HDF5, conformsTo=follows)
 

@@ -109,7 +109,8 @@ def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
         yield alarm_at(
             "load",
             float(distance[off]),
-            f"found a load of {found} at {distance[off]:.4g} m where {stated} is nominal: the weight was removed, or "
+            f"found a load of {found} at {distance[off]:.4g} m, although {stated} is nominal: the weight was removed, "
+            "or "
             "the load cell is faulty",
         )
 

@@ -136,7 +136,7 @@ def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
             'state the drift, as in --drift "0 +- 5 nm/min"'
         )
     if problem.freedom < _FEWEST_FREE:
-        raise FitError("found too few independent samples; expected more; wait")
+        raise FitError("found too few independent samples; expected more samples; wait")
     depth, log_k, squares = _searched(problem)
     density = _density(squares, problem.freedom)
     if any(belief.name == "ln k_D" for belief in problem.beliefs):

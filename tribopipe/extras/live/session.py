@@ -86,7 +86,7 @@ class Session:
             return self._update([])
         message = (
             f"no data were appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
-            "recording stopped"
+            "recording has stopped"
         )
         return self._update([alarm_at("stalled", reached, message)])
 

@@ -35,7 +35,7 @@ _SMALL = 1e-2
 """Lengths below are read in µm, m."""
 _DECADES = 20
 """Ratio of the largest to the smallest value from which an axis is logarithmic."""
-_RELATIVE = "over the true value"
+_RELATIVE = "relative to the true value"
 """Text shown instead of a unit."""
 
 
@@ -101,8 +101,8 @@ def _layout(sweep: Sweep, ensemble: Ensemble, told: Sequence[Answer]) -> _Layout
     several = [head for head in fixed if len({answer.case.labels[head.name] for answer in told}) > 1]
     if not several:
         raise ManifestError(
-            "--figure: found no values for the x-axis; expected a key with two values or more, and cases that were "
-            "done; vary one"
+            "--figure: found no values for the x-axis; expected a key with at least two values, and computed cases; "
+            "vary a key"
         )
     varied = sorted(several, key=lambda head: head.name == "run")
     numeric = (head for head in varied if isinstance(told[0].case.labels[head.name], float))
@@ -124,7 +124,7 @@ def _points(sweep: Sweep, layout: _Layout, told: Sequence[Answer]) -> list[_Poin
 
 
 def _point(sweep: Sweep, key: _Key, rows: Sequence[Row]) -> _Point:
-    """Return the middle and the ends of a group's interval; of virtual tests over the true value."""
+    """Return the middle and the ends of a group's interval; of virtual tests relative to the true value."""
     name = COEFFICIENT.name if sweep.predictions is None else asked_for(rows[0])
     values, first = np.asarray([row.found[name].value for row in rows]), rows[0].found
     unit, interval = first[name].unit, (float(values[0]),) * 3

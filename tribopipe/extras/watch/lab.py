@@ -39,8 +39,8 @@ class Lab:
             )
         if self.folder.is_relative_to(self.runs) or self.folder.is_relative_to(self.archive):
             raise ReaderError(
-                f"{self.folder}: found it within the folder of runs or the archive; expected one that only instruments "
-                "write into; name other folders with --runs and --archive"
+                f"{self.folder}: found a folder within the folder of runs or the archive; expected a folder into "
+                "which only instruments write; specify other folders with --runs and --archive"
             )
         if self.template is not None:
             read_template(self.template)

@@ -164,7 +164,7 @@ def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Even
         journal.note(entry.model_copy(update={"state": "made"}))
         return Event("made", said, entry.name, entry.run)
     journal.note(lab.failed(entry))
-    said += f"; still to be filled in: {missing}; it is processed after this is entered in {lab.manifest(entry)}"
+    said += f"; still to be filled in: {missing}; it is processed when this is entered in {lab.manifest(entry)}"
     return Event("waiting", said, entry.name, entry.run)
 
 
@@ -266,7 +266,7 @@ def _event(entry: Entry, outcomes: tuple[Outcome, ...]) -> Event:
 def _details(outcome: Outcome) -> Iterator[str]:
     """Yield the fitted values and the warnings."""
     if outcome.dropped is not None:
-        yield "run.toml amended; the earlier one is kept"
+        yield "run.toml amended; the earlier version is kept"
     if outcome.stage in ("friction_fit", "wear_fit") and outcome.result is not None:
         yield str(outcome.result)
     yield from (f"warning: {finding}" for finding in outcome.findings if finding.severity == "warning")

@@ -168,7 +168,7 @@ def smooth(surface: Surface, contact: Contact) -> Contact:
     """Return a contact whose pressure is smooth. Raises ``ContactError`` where it is a checkerboard."""
     if (roughness := surface.roughness(contact)) > _ROUGH:
         raise ContactError(
-            f"local wear: found a pressure that alternates by {100 * roughness:.0f} % from point to point; expected a "
+            f"local wear: found a pressure that oscillates by {100 * roughness:.0f} % from point to point; expected a "
             "smooth pressure distribution; explicit steps were too long for this grid: use the implicit scheme"
         )
     return contact
@@ -176,8 +176,8 @@ def smooth(surface: Surface, contact: Contact) -> Contact:
 
 def _too_many(amount: float, step: float) -> ContactError:
     return ContactError(
-        f"local wear: found a stable number of explicit steps on this grid of about {amount / step:.2g}; expected "
-        f"at most {_MOST_EXPLICIT_STEPS}; use the implicit scheme, a coarser grid or a shorter test"
+        f"local wear: found that a stable solution on this grid requires about {amount / step:.2g} explicit steps; "
+        f"expected at most {_MOST_EXPLICIT_STEPS}; use the implicit scheme, a coarser grid or a shorter test"
     )
 
 

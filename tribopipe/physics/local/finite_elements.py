@@ -96,7 +96,7 @@ class PinBody:
         return 2 * float(np.linalg.eigvalsh((symmetric + symmetric.T) / 2)[0])
 
     def roughness(self, contact: Contact) -> float:
-        """Return the alternation of pressure over the inner 80 % of the contact, relative to its mean."""
+        """Return the oscillation of pressure over the inner 80 % of the contact, relative to its mean."""
         return roughness(self.radius, contact.pressure, self.extent(contact).half_width)
 
     def refreshed(self, worn: Column) -> Self:
@@ -209,7 +209,7 @@ class QuarterDisc:
         return 2 / float(np.linalg.eigvalsh((rates + rates.T) / 2)[-1])
 
     def roughness(self, contact: Contact) -> float:
-        """Return the alternation of ∫p dz over the inner 80 % of the track, relative to its mean."""
+        """Return the oscillation of ∫p dz over the inner 80 % of the track, relative to its mean."""
         line_load = self.exposure(contact.pressure)[:, 0]
         return roughness(self.across, line_load, edge(self.across, line_load))
 

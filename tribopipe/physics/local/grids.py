@@ -108,13 +108,13 @@ class PinGrid(_Grid):
         return float(2 * self.half_space.compliance[-1, -1])
 
     def roughness(self, contact: Contact) -> float:
-        """Return the alternation of pressure in the inner part of the contact, relative to its mean."""
+        """Return the oscillation of pressure in the inner part of the contact, relative to its mean."""
         across, along = (
             (2 * places - begin - end) / (end - begin)
             for places, (begin, end) in zip(self.places, self._ends(contact.pressure), strict=True)
         )
         inner = np.hypot(across[:, None], along) < _INNER
-        return max(_alternation(contact.pressure, inner), _alternation(contact.pressure.T, inner.T))
+        return max(_oscillation(contact.pressure, inner), _oscillation(contact.pressure.T, inner.T))
 
     @property
     def _exposed(self) -> float:
@@ -150,9 +150,9 @@ class DiscTrack(_Grid):
         return float(self.half_space.compliance[-1, 0] / self.extent(contact).half_length)
 
     def roughness(self, contact: Contact) -> float:
-        """Return the alternation of ∫p dz in the inner part of the track, relative to its mean."""
+        """Return the oscillation of ∫p dz in the inner part of the track, relative to its mean."""
         across, _ = self.places
-        return _alternation(self._line_load(contact.pressure), across < _INNER * self.extent(contact).half_width)
+        return _oscillation(self._line_load(contact.pressure), across < _INNER * self.extent(contact).half_width)
 
     @property
     def _exposed(self) -> Column:
@@ -255,7 +255,7 @@ def _end(places: Column, step: float, pressure: Column) -> float:
     return float(places[last] + beyond * step)
 
 
-def _alternation(pressure: Column, inner: NDArray[np.bool_]) -> float:
+def _oscillation(pressure: Column, inner: NDArray[np.bool_]) -> float:
     """Return the amplitude of a checkerboard in the pressure inside, relative to its mean.
 
     That is half of the root mean square by which it departs from the mean of its neighbors along the first axis.

@@ -76,9 +76,9 @@ def vanishing(places: Column, pressure: Column, first: int) -> float:
 
 
 def roughness(places: Column, pressure: Column, end: float) -> float:
-    """Return the alternation of p, or ∫p dz, over the inner 80 % of a contact that ends there, relative to its mean."""
+    """Return the oscillation of p, or ∫p dz, over the inner 80 % of a contact that ends there, relative to its mean."""
     inner = pressure[places < _INNER * end]
     if inner.size < 3:
         return 0.0
-    alternation = inner[1:-1] - (inner[2:] + inner[:-2]) / 2
-    return float(np.sqrt(np.mean(alternation**2)) / 2 / np.mean(inner))
+    oscillation = inner[1:-1] - (inner[2:] + inner[:-2]) / 2
+    return float(np.sqrt(np.mean(oscillation**2)) / 2 / np.mean(inner))

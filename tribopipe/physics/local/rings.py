@@ -104,7 +104,7 @@ class Rings:
         return float(4 * widths.min() / (np.pi * self.modulus))
 
     def roughness(self, contact: Contact) -> float:
-        """Return the alternation of pressure over the inner 80 % of the contact, relative to its mean."""
+        """Return the oscillation of pressure over the inner 80 % of the contact, relative to its mean."""
         return roughness(self.radius, contact.pressure, self.extent(contact).half_width)
 
     def refreshed(self, worn: Column) -> Self:  # noqa: ARG002

@@ -134,7 +134,7 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
             came = nexus.text(note, "file_name")
             look.error(
                 "source",
-                f"found bytes that differ from those of {came}; expected bytes that match its SHA-256",
+                f"found content that differs from {came}; expected content that matches its SHA-256 checksum",
                 part=note.name,
             )
 
@@ -143,7 +143,8 @@ def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
     """Yield the fingerprint of the ingested run with each earlier run.toml."""
     for one in read_earlier(entry):
         if one.source.sha256 != one.checksum:
-            message = f"found bytes that differ from those of {one.source.name}; expected bytes that match its SHA-256"
+            name = one.source.name
+            message = f"found content that differs from {name}; expected content that matches its SHA-256 checksum"
             look.error("source", message, part=f"/entry/{EARLIER}")
         yield one.raw_sha256
 

@@ -68,7 +68,7 @@ class Look:
             why = (str(error).splitlines() or [""])[0]
             self.error(
                 "content",
-                f"found content that cannot be read ({why}); expected the file as tribopipe wrote it",
+                f"found content that cannot be read ({why}); expected an unmodified tribopipe file",
                 part=part,
             )
 

@@ -74,13 +74,13 @@ def make_each(
     if not plans:
         why = f" ({left_out[0].file}: {left_out[0].why})" if left_out else ""
         raise ReaderError(
-            f"{wanted.files[0]}: found no export from which a run can be made{why}; expected at least one export; "
+            f"{wanted.files[0]}: found no export from which a run can be created{why}; expected at least one export; "
             "specify its files"
         )
     _name_aborted(plans)
     if measured is not None:
         for name in measured.unused:
-            say(f"{measured.name}: column {name!r} is no key of run.toml and is not used")
+            say(f"{measured.name}: column {name!r} is not a key of run.toml and is not used")
     made = make_planned(plans, wanted, ask, say)
     return [_with_notes(run, measured) for run in made], left_out
 
@@ -135,7 +135,7 @@ def _no_export(path: Path, taken: dict[str, str]) -> str:
         return f"an exact duplicate of {before}"
     found = [one for one in candidates(source) if is_sure(one.match)]
     if not found:
-        return "no reader knows its format"
+        return "no reader recognizes its format"
     return (
         "" if found[0].reader.holds == "signals" else f"a profile ({found[0].reader.title}); specify it with --profile"
     )
@@ -149,7 +149,7 @@ def _name_aborted(plans: Sequence[RunPlan]) -> None:
         if length < _ABORTED * usual:
             share = f"{100 * length / usual:.0f} %"
             plan.draft.known.doubt("comment", "aborted", f"it is {share} as long as the other tests of the folder")
-            plan.draft.known.dissent.append(f"it is {share} as long as the other tests of the folder: aborted?")
+            plan.draft.known.dissent.append(f"it is {share} as long as the other tests in the folder: aborted?")
 
 
 def _length(exports: Sequence[Export]) -> float:
@@ -190,7 +190,7 @@ def make_of_rows(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> li
         )
     table = read_ends(wanted.files[0])
     for name in table.unused:
-        say(f"{table.name}: column {name!r} is no key of run.toml and is kept in the comment of each run")
+        say(f"{table.name}: column {name!r} is not a key of run.toml and is kept in the comment of each run")
     with TemporaryDirectory() as folder:
         plans = [
             plan

@@ -64,7 +64,7 @@ _PROFILE = Blank('{ file = "profile.txt" }', "file with a profile, in this folde
 
 BLANKS: dict[str, Blank] = {
     "started": Blank("2006-03-01T09:30:00+01:00", "start of the test"),
-    "title": Blank('"Si3N4 on Si3N4 in air"', "title of the run, in one line"),
+    "title": Blank('"Si3N4 on Si3N4 in air"', "title of the run, on one line"),
     "operator": Blank('"A. Tester"', "operator"),
     "instrument": Blank('"pin-on-disc tribometer no. 2"', "name of the tribometer"),
     "comment": Blank('"…"', "further remarks"),

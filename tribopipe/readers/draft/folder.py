@@ -204,7 +204,7 @@ def _refuse_tests(export: Export) -> None:
     if is_of_tests([column.name for column in export.table.columns]):
         raise ReaderError(
             f"{export.name}: found a table of finished tests, one per row; expected the recording of one test; "
-            "add --each-row to make one run folder per row, or specify the table with --ends and the recordings "
+            "add --each-row to create one run folder per row, or specify the table with --ends and the recordings "
             "as files"
         )
 
@@ -232,7 +232,7 @@ def refuse_places(plans: Sequence[RunPlan]) -> None:
         if plan.target in taken:
             raise ManifestError(
                 f"{plan.target}: found two runs with that id; expected a unique id for each run; rename the "
-                "sheets or rows, or make each run separately with --sheet and --id"
+                "sheets or rows, or create each run separately with --sheet and --id"
             )
         taken.add(plan.target)
 
@@ -267,7 +267,7 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
 def _one_test(group: Group) -> str:
     return (
         f"{len(group.exports)} files are treated as one test, in sequence, although the clock restarts in each; "
-        "for separate tests make one run each, or use `tribopipe watch FOLDER`"
+        "for separate tests, create one run each, or use `tribopipe watch FOLDER`"
     )
 
 

@@ -260,7 +260,7 @@ class Known:
         """Note what contradicts a value that is known."""
         given = self.given[key]
         self.dissent.append(
-            f"{key}: found {given.value} {given.origin or 'as you state it'}, but {other}; expected both to agree; "
+            f"{key}: found {given.value} {given.origin or 'as stated'}, but {other}; expected both to agree; "
             "check which one is correct"
         )
 

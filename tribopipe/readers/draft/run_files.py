@@ -79,8 +79,8 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
             f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
-            "expected consecutive files with the same columns, or channels over the same time base, with "
-            "the same number of rows; make one run per test"
+            "expected consecutive files with the same columns, or channels over the same time base, with the same "
+            "number of rows; create one run per test"
         )
     before, found = _times(first), _times(other)
     if before is None or found is None:
@@ -89,8 +89,8 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if np.allclose(before[:seen], found[:seen], rtol=1e-9, atol=0, equal_nan=True):
         return
     raise ReaderError(
-        f"{other}: found times that differ from {first}; expected channels over the same time base; make one run per "
-        "test, or merge the files on one time base first"
+        f"{other}: found times that differ from {first}; expected channels over the same time base; create one run "
+        "per test, or merge the files on one time base first"
     )
 
 
@@ -123,7 +123,8 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     """Name the sheets of a workbook that each hold a test. Raises ``ReaderError`` where it is none."""
     if len(files) != 1:
         raise ReaderError(
-            f"--each-sheet: found {len(files)} files; expected one workbook; make the runs of each workbook separately"
+            f"--each-sheet: found {len(files)} files; expected one workbook; create the runs of each workbook "
+            "separately"
         )
     source = open_export(files[0])
     found = detect(source, holds="signals") if reader is None else chosen_reader(reader)
@@ -160,7 +161,7 @@ def _steps(export: Export, column: str) -> list[Step]:
     """Return the steps of a file. Raises ``ReaderError`` where they contradict its time, or it is too long."""
     if export.most_rows is not None:
         raise ReaderError(
-            f"{export.name}: found a file too long to be split at once; expected a file that fits in memory; make "
+            f"{export.name}: found a file too long to be split at once; expected a file that fits in memory; create "
             "one run folder and enter steps = [1] under [[signals]] in its run.toml"
         )
     steps, time = steps_in(export.table, column, export.name), _column(export, "time")
@@ -185,7 +186,7 @@ def steps_left_together(export: Export) -> str | None:
     steps = steps_in(export.table, name, export.name)
     return (
         f"{export.name}: column {name!r} contains the step numbers {spoken_steps(steps)}; all steps are treated "
-        "as one test; if load, speed or track radius differ between steps, make one run per step: tribopipe new "
+        "as one test; if load, speed or track radius differ between steps, create one run per step: tribopipe new "
         f"{export.name} --split {name!r}"
     )
 

@@ -163,7 +163,7 @@ _WITHOUT_BODIES = (
     "# The two bodies; without them only friction is evaluated. Remove the # at the start of these lines, in all",
     "# tables at the same time, once the bodies are described.",
 )
-_AFTERWARDS = "# Post-test measurements of the specimens; remove the # at the start of those that are known."
+_AFTERWARDS = "# Post-test measurements of the specimens; remove the # at the start of the lines that you fill in."
 
 
 @dataclass(frozen=True)

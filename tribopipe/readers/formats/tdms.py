@@ -105,7 +105,7 @@ def _library(source: SourceFile) -> Any:
         library = import_module("nptdms")
     except ImportError:
         raise ReaderError(
-            f"{source.name}: found a TDMS file; expected the package npTDMS to be installed; run "
+            f"{source.name}: found a TDMS file, but npTDMS is not installed; expected this package; run "
             'pip install "tribopipe[tdms]"'
         ) from None
     import_module("nptdms.log").log_manager.set_level(logging.ERROR)  # what it would warn of, the notes say
@@ -145,7 +145,7 @@ def _refuse_misfit(source: SourceFile, chain: _Chain, channels: list[Any]) -> No
     most = sum(len(channel) * (size or 1) for channel, size in zip(channels, sizes, strict=True))
     exact = chain.note is None and None not in sizes
     if most > len(source.content) or (exact and most != chain.data):
-        raise _damaged(source, f"found channels of {most} bytes in total, but segments hold {chain.data}")
+        raise _damaged(source, f"found channels of {most} bytes in total, but {chain.data} in the segments")
 
 
 def _damaged(source: SourceFile, found: str) -> ReaderError:

@@ -99,7 +99,7 @@ class WorkbookReader:
     """Spreadsheets."""
 
     name = "workbook"
-    title = "Spreadsheet (.xlsx, .xls, .ods), also of an Optimol SRV"
+    title = "Spreadsheet (.xlsx, .xls, .ods), including exports of an Optimol SRV"
     holds: Holds = "signals"
     suffixes = (".xlsx", ".xls", ".ods")
 
@@ -110,7 +110,7 @@ class WorkbookReader:
             if head.startswith(b"mimetype", 30) and _ODS_TYPE in head[:512]:
                 return Match(0.95, "a zip file declared as an OpenDocument spreadsheet")
             if _MEMBER_OF_XLSX.search(head):
-                return Match(0.95, "a zip file with members below xl/, as Excel writes them")
+                return Match(0.95, "a zip file with members below xl/, as written by Excel")
             return Match(0.1, "a zip file without the members of a spreadsheet")
         if head.startswith(_OLE2):
             if any(name in head or name in _directory(source.content) for name in _STREAMS):
@@ -242,8 +242,8 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
 
 def _without_numbers(text: Text) -> ReaderError:
     return ReaderError(
-        f"{text.name}: found no column that contains only numbers; expected a header row and data rows; save "
-        "the workbook with the record of the test in a separate sheet"
+        f"{text.name}: found no column that contains only numbers; expected a header row and data rows; save the "
+        "workbook with the test data in a separate sheet"
     )
 
 
