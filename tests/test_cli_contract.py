@@ -212,7 +212,7 @@ def test_run_too_short_for_a_fit_is_archived_and_said_to_be(run_cli, sample_run,
     (error,) = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
     assert "si3n4-air-400mN: found 10 valid depth samples" in error
     assert Archive(archive).ids() == ["si3n4-air-200mN", "si3n4-air-400mN"]
-    assert "k_D by Archard" in result.stdout
+    assert "k_D from Archard" in result.stdout
 
 
 # --- one JSON document ---

@@ -113,7 +113,7 @@ def test_page_has_what_was_tested_and_how(archive):
 def test_environment_is_told_once_or_for_the_steps_that_had_another(archive):
     store = Archive(archive)
     (told,) = facts_of(run_page(store, RUN), "Computed with").items()
-    assert told[0] == "every step"
+    assert told[0] == "all steps"
     assert f"numpy {np.__version__}" in told[1]
     with edited(store.path(RUN)) as file:
         file["entry/friction_fit/environment/data"][()] = '{"numpy": "1.0"}'
@@ -549,7 +549,7 @@ def test_study_page_tells_verdicts_and_all_else():
     assert len(engines.rows) == 1
     assert told.sentences[0].startswith("between-run scatter of k_D of the pin (2 runs): 10.0 %; within a run: 2.0 %; ")
     assert told.sentences[1].startswith("b: outlier; to exclude it: `tribopipe mark-bad b ")
-    assert told.sentences[2] == "a: its pin reaches 40 µm at 1400 m (95 % CI: 1300 m or more)"
+    assert told.sentences[2] == "a: the pin reaches a wear depth of 40 µm at 1400 m (95 % CI: 1300 m or more)"
     assert [(one.run_id, one.role, one.outcome, one.notes) for one in told.agreement] == [
         ("a", "fitted", "consistent", ("far off",)),
         ("b", "predicted", "over-predicted", ("far off",)),
@@ -589,6 +589,8 @@ def test_study_page_of_discs_has_a_row_for_each():
     disc = ("crowned disc", "0.001 mm³", "0.0011 mm³", "0.001000 to 0.001200")
     assert curved[:9] == ("d", "fitted", "250 mN", "4 %", "1,000,000", *disc)
     assert flat[:9] == ("", "", "", "", "", "cylindrical disc", "100 µm", "100 µm", "90.0 to 110.0")
-    assert told.sentences[0].startswith("d: its crowned disc reaches 1 µm after 5×10⁵ rotations (95 % CI: 4")
+    assert told.sentences[0].startswith(
+        "d: the crowned disc reaches a wear depth of 1 µm after 5×10⁵ rotations (95 % CI: 4"
+    )
     assert (page.title, page.date, page.inputs_sha256) == ("Discs", DATE, "f")
     assert asdict(page)["laws"][0]["agreement"][0]["sentence"] == "It holds."

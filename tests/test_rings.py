@@ -109,7 +109,7 @@ def test_explicit_steps_are_refused_where_there_would_be_too_many(monkeypatch):
 
 def test_a_checkerboard_is_never_returned(monkeypatch):
     monkeypatch.setattr("tribopipe.physics.local.course._STABLE_SHARE", 1.4)
-    with pytest.raises(ContactError, match=r"alternates by .* use the implicit scheme"):
+    with pytest.raises(ContactError, match=r"oscillates by .* use the implicit scheme"):
         wear(sphere(np.linspace(0, 4 * START, 81)), [COEFFICIENT * 0.3], scheme="explicit")
 
 

@@ -263,7 +263,7 @@ def test_run_tells_where_a_depth_is_reached(run_cli, home):
         assert life["wear_depth"] == {"value": 20e-6, "unit": "m", "standard_uncertainty": None}
         low, high = (end["value"] for end in life["interval"])
         assert low < life["place"]["value"] < high
-        assert f"{run['id']}: its pin reaches 20 µm at " in result.stderr
+        assert f"{run['id']}: the pin reaches a wear depth of 20 µm at " in result.stderr
 
 
 @pytest.mark.slow

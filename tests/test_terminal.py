@@ -257,7 +257,7 @@ def test_nothing_is_minus_zero(session):
 
 def test_process_answers_in_a_row_per_run_and_one_per_study(processed):
     lines = shown(processed.stdout)
-    assert lines[0].startswith("2 runs; k_D by Archard's law in 10")
+    assert lines[0].startswith("2 runs; k_D from Archard's law in 10")
     assert [len([line for line in lines if line.startswith(f" {run} ")]) for run in (LIGHT, HEAVY, "air")] == [1, 1, 1]
     (light,) = [line.split() for line in lines if line.startswith(f" {LIGHT} ")]
     assert light[1] == "200"

@@ -39,7 +39,7 @@ def show_runs(title: str, runs: "Sequence[ListedRun]") -> None:
         columns["law"] = Cells("law", "law", [law or NOTHING for law in laws])
     if len(known) == 1:
         del columns["law"]
-        title = f"{title}; k_D by {known.pop()}'s law"
+        title = f"{title}; k_D from {known.pop()}'s law"
     order = [name for name in (*_FIRST, *columns) if name in columns]
     shown = chosen_columns({name: columns[name] for name in dict.fromkeys(order)}, list(columns))
     table(title, [one.heading for one in shown], rows_of(shown))

@@ -140,7 +140,7 @@ def _caption(rows: Sequence[RunRow], power: int | None) -> str:
     count = f"{len(rows)} run{'' if len(rows) == 1 else 's'}"
     if not laws:
         return count
-    law = f" by {law_heading(laws.pop())}" if len(laws) == 1 else ""
+    law = f" from {law_heading(laws.pop())}" if len(laws) == 1 else ""
     unit = in_power([], power).unit(pretty(WEAR_COEFFICIENT))
     return f"{count}; k_D{law} in {unit}, ± is one standard uncertainty"
 

@@ -64,9 +64,9 @@ function Compared({ asked, archive, runs }: Props) {
       </div>
       <Gone ids={asked.runs.filter((id) => !byId.has(id))} />
       {first === undefined ? (
-        <Empty title="No run is chosen.">
+        <Empty title="No runs selected.">
           <p>
-            Search for runs above, or tick them in the <Link href="/">table of runs</Link>.
+            Search for runs above, or select them in the <Link href="/">table of runs</Link>.
           </p>
         </Empty>
       ) : (

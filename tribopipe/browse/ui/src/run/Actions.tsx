@@ -23,7 +23,7 @@ export function Actions({ run }: { run: Run }) {
       </button>
       <Menu label="Download">
         <ul className="downloads">
-          <Download href={`${api}/file`} name={run.file} meaning="all of it, HDF5" />
+          <Download href={`${api}/file`} name={run.file} meaning="complete run, HDF5" />
           {run.csv.map(({ name, meaning }) => (
             <Download key={name} href={`${api}/csv/${encodeURIComponent(name)}`} name={`${name}.csv`} meaning={meaning} />
           ))}

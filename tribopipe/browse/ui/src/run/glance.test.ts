@@ -42,7 +42,7 @@ describe("tiles", () => {
     const expected = [
       "k_D (Archard's law)",
       "Wear depth at the end",
-      "Steady friction μ",
+      "Steady-state μ",
       "Specific wear rate of the pin",
       "Specific wear rate of both bodies",
       "Drift rate",
@@ -55,7 +55,7 @@ describe("tiles", () => {
     expect(more.get("k_D (Archard's law)")).toBe("95 % CI: 1.8 to 2.2");
     expect(more.get("Wear depth at the end")).toBe("pin 20 µm, disc 5 µm");
     expect(more.get("Drift rate")).toBe("discrepancy 0.3 µm");
-    expect(more.get("Steady friction μ")).toBe("mean over the run 0.58");
+    expect(more.get("Steady-state μ")).toBe("mean over the run 0.58");
     expect(more.get("Specific wear rate of the pin")).toBe("wear volume 0.1 mm³");
     expect(more.get("Specific wear rate of both bodies")).toBe("");
   });

@@ -74,8 +74,8 @@ function depth(stage: Stage): Said[] {
 function friction(stage: Stage): Said[] {
   const steady = valueOf(stage, "b, steady state");
   const mean = valueOf(stage, "mean of μ over the run");
-  if (steady !== undefined) return [tile("Steady friction μ", steady, mean && `mean over the run ${mean}`)];
-  return mean === undefined ? [] : [tile("Mean friction μ", mean)];
+  if (steady !== undefined) return [tile("Steady-state μ", steady, mean && `mean over the run ${mean}`)];
+  return mean === undefined ? [] : [tile("Mean μ", mean)];
 }
 
 function rates(stage: Stage): Said[] {

@@ -80,7 +80,7 @@ export function ScatterPlot({ groups, x, y, log }: Props) {
         {means.some(({ means: dashes }) => dashes.length > 0) &&
           "Dashes: means of replicates, which have the same bodies and conditions. "}
         {points.some(({ bad }) => bad) && "Hollow: marked bad. "}
-        Click a point to open its run, or choose it with <kbd>←</kbd> <kbd>→</kbd> and <kbd>Enter</kbd>.
+        Click a point to open its run, or select it with <kbd>←</kbd> <kbd>→</kbd> and <kbd>Enter</kbd>.
       </p>
     </div>
   );

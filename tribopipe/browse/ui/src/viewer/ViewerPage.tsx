@@ -72,7 +72,7 @@ function NoFile() {
       <h1 className="hidden">Viewer</h1>
       <Empty title="No file selected.">
         <p>
-          Choose a run in the <Link href="/">table of runs</Link>, and open its file from its page.
+          Select a run in the <Link href="/">table of runs</Link>, and open its file from its page.
         </p>
       </Empty>
     </div>
