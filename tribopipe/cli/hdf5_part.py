@@ -26,7 +26,7 @@ _BESIDE = ("NX_class", "units")
 def show_part(store: "Archive", run_id: str, path: str, rows: int) -> None:
     """Show a part of a run's file; of many values, only the first and last ``rows``.
 
-    Raises ``ArchiveError`` where there is no such part, or it lies in another file.
+    Raises ``ArchiveError`` if there is no such part, or it lies in another file.
     """
     from tribopipe.archive.part import find_part
 

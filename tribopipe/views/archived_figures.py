@@ -72,7 +72,7 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     """Draw the available figures of a run: depth, friction, preprocessing, wear, contact of two discs, and local wear.
 
     Return the figures by these names, in this order. Nothing is drawn of a run that could not be corrected for want of
-    samples. Raises ``ArchiveError`` where the run is not in the archive.
+    samples. Raises ``ArchiveError`` if the run is not in the archive.
     """
     if "drift_correction" not in archive.step_names(run_id):
         return {}
@@ -92,7 +92,7 @@ def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ())
     """Draw the available figures of a run. Return the files written, <archive>/figures/<id>-<what>.png.
 
     In ``formats`` that are named, figures are for print, with their captions as text. A figure that was drawn before of
-    what the run no longer has is deleted. Raises ``ArchiveError`` where the run is not in the archive, or figures
+    what the run no longer has is deleted. Raises ``ArchiveError`` if the run is not in the archive, or figures
     cannot be written.
     """
     figures = run_figures(archive, run_id)

@@ -63,7 +63,7 @@ class ReportingItem:
 def reporting_items(archive: Archive, run_id: str, replicates: str | None = None) -> list[ReportingItem]:
     """Return all items with the values of a run, and ``replicates``, the number of similar runs and their scatter.
 
-    Raises ``ArchiveError`` where the run is not in the archive.
+    Raises ``ArchiveError`` if the run is not in the archive.
     """
     run = archive.cleaned(run_id)
     return [

@@ -399,7 +399,7 @@ def in_lines(sentence: str) -> str:
 def save_figure(figure: "Figure", path: Path) -> None:
     """Write a figure in the format of the file's suffix, completely or not at all, and reproducibly.
 
-    Raises ``ArchiveError`` where the folder cannot be written.
+    Raises ``ArchiveError`` if the folder cannot be written.
     """
     save_figures(path.parent, {path.name: figure})
 
@@ -408,7 +408,7 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
     """Write figures under these names as ``save_figure`` does.
 
     With captions, which are written as text files of these names, figures are for print: PNG has 600 dpi. None takes
-    its place before all are written, and the first takes it last. Raises ``OutputError`` where something else than a
+    its place before all are written, and the first takes it last. Raises ``OutputError`` if something else than a
     figure of this package is there.
     """
     texts = captions or {}

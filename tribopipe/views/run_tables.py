@@ -83,7 +83,7 @@ def _with_comma(value: float | str) -> str:
 def runs_workbook(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> bytes:
     """Return a list of runs as an .xlsx workbook: the columns of the CSV file, numbers as numbers, dates as dates.
 
-    Raises ``NotInstalledError`` where openpyxl is not installed.
+    Raises ``NotInstalledError`` if openpyxl is not installed.
     """
     try:
         from openpyxl import Workbook

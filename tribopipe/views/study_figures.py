@@ -329,7 +329,7 @@ def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> 
 def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     """Draw the friction coefficient of each run with the fit of Eq. 7 and its parameters (paper, Fig. 3).
 
-    Runs without friction are left out. Raises ``ValueError`` where no run has any.
+    Runs without friction are left out. Raises ``ValueError`` if no run has any.
     """
     shown = [(run, run.friction) for run in runs if run.friction is not None and run.friction.outcome != "none"]
     if not shown:
@@ -367,7 +367,7 @@ def _draw_friction(ax: "Axes", run: Member, fit: FrictionFit) -> None:
 def plot_study_coefficient(result: StudyResult, effective: Sequence[EffectiveCoefficient]) -> "Figure":
     """Draw each run's effective k_D against friction, with both laws of the study (paper, Fig. 5).
 
-    Raises ``KeyError`` where the study has not tried Sarkar's law.
+    Raises ``KeyError`` if the study has not tried Sarkar's law.
     """
     by_run = {one.run_id: one for one in effective}
     runs = [run for run in sorted(result.law("sarkar").runs, key=_severity) if run.id in by_run]

@@ -17,7 +17,7 @@ from tribopipe.views.page import NOTHING, AgreementLine, LawPage, StudyPage, Tex
 def study_page(archive: Archive, study_id: str) -> StudyPage:
     """Return the archived results of a study, without its curves.
 
-    Raises ``ArchiveError`` where there is no such study, or its file is damaged.
+    Raises ``ArchiveError`` if there is no such study, or its file is damaged.
     """
     stored = archive.study_outline(study_id)
     return study_page_of(stored.result, stored.program_version, stored.date, stored.inputs_sha256)

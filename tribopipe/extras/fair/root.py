@@ -51,7 +51,7 @@ _UNKNOWN = ":unav"
 def datacite(
     dataset: Dataset, *, title: str, description: str, keywords: Sequence[str], published: str
 ) -> dict[str, Any]:
-    """Return the DataCite fields; required fields that are not stated is ":unav"."""
+    """Return the DataCite fields; required fields that are not stated are ":unav"."""
     said = {
         "schemaVersion": "http://datacite.org/schema/kernel-4",
         "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Tribometer runs"},

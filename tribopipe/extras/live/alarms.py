@@ -110,8 +110,7 @@ def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
             "load",
             float(distance[off]),
             f"found a load of {found} at {distance[off]:.4g} m, although {stated} is nominal: the weight was removed, "
-            "or "
-            "the load cell is faulty",
+            "or the load cell is faulty",
         )
 
 

@@ -225,7 +225,7 @@ def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addre
 
     ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
-    Raises ``ArchiveError`` where a run is not in the archive, or its file is damaged.
+    Raises ``ArchiveError`` if a run is not in the archive, or its file is damaged.
     """
     numbers = count(1)
     runs = [_run_card(archive, run_id, numbers, go_on) for run_id in dict.fromkeys(ids)]
@@ -238,7 +238,7 @@ def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on, addresse
 
     ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
     the work.
-    Raises ``ArchiveError`` where the study or one of its runs is not in the archive, or its file is damaged.
+    Raises ``ArchiveError`` if the study or one of its runs is not in the archive, or its file is damaged.
     """
     page, stored = study_page(archive, study_id), archive.study_outline(study_id)
     figures = study_figures(archive, study_id)
