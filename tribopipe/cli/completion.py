@@ -1,8 +1,8 @@
 """Completion of the command line in shells.
 
-Typer's own answer parses the whole line with pydantic and lays out help with rich, which takes longer than people wait.
-This one walks the commands by their names, and asks Typer for the values of one parameter alone. The scripts that call
-it are Typer's, as `tribopipe --install-completion` installs them.
+Typer's own completion imports pydantic and rich to parse the whole line, which is too slow. This module follows the
+commands by their names, and asks Typer only for the values of one parameter. The scripts that call it are those of
+Typer, installed by `tribopipe --install-completion`.
 """
 
 import shlex

@@ -43,8 +43,8 @@ def csv_kinds(archive: Archive, run_id: str) -> list[str]:
 def csv_bytes(archive: Archive, run_id: str, what: str) -> bytes:
     """Return one of ``CSV_KINDS`` of a run as CSV (RFC 4180), in UTF-8.
 
-    Heads are names and units, "depth [m]"; what is missing is an empty field. Raises ``ArchiveError`` if the run is
-    not there, has no such thing, or keeps something in another file.
+    Headers are names and units, "depth [m]"; missing values are empty fields. Raises ``ArchiveError`` if the run does
+    not exist, has no such table, or stores data in another file.
     """
     return b"".join(csv_parts(archive, run_id, what))
 

@@ -52,8 +52,8 @@ def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suff
 def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
     """Draw wear depth, pressure and contact size along a run, local and from the GIWM (paper, Fig. 9).
 
-    Of a round contact the difference of the depths stands next to its radius, on logarithmic axes: it is large at the
-    start alone.
+    For a round contact, the relative difference of the depths is drawn next to its radius, on logarithmic axes, since
+    it is large only at the start.
     """
     from matplotlib.ticker import StrMethodFormatter
 

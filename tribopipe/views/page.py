@@ -1,6 +1,6 @@
 """A run or a study on one page: ordered texts, facts and tables for terminal, web and report.
 
-Whoever shows a page escapes its texts for its output: they hold whatever a lab wrote.
+Texts must be escaped for the output, since they contain input from users.
 """
 
 from collections.abc import Iterable, Iterator, Mapping

@@ -67,7 +67,7 @@ class _Drawn(NamedTuple):
 def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure":
     """Draw a profile as measured with its unworn surface, and below it the leveled profile.
 
-    In the leveled one the groove and what is piled up next to it are filled, and their areas, width and depth written.
+    In the leveled profile, the groove and the pile-up are filled, with their areas, width and depth.
     A profile without a track is only leveled, and the figure states why.
     """
     from tribopipe.views.canvas import ShownFigure

@@ -257,9 +257,9 @@ def _friction_words(fit: FrictionFit) -> str:
 def plot_wear(corrected: CorrectedRun, fits: Sequence[WearCurves], predictions: Sequence[WearCurves] = ()) -> "Figure":
     """Draw the wear of each body with the fitted laws, and predictions from other runs, with 95 % bands.
 
-    Of discs it is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
-    nor was measured has no panel. Residuals stand below wear that was recorded along the run, and below measurements
-    where there are more than are fitted.
+    For discs, wear is the volume, or the depth or the track width if only that was measured. A disc that neither wears
+    nor was measured has no panel. Residuals are shown below wear that was recorded along the run, and below
+    measurements if there are more than are fitted.
     """
     from tribopipe.views.canvas import ShownFigure
 
@@ -328,7 +328,7 @@ def four_panels(panels: Iterable[Panel], label: str) -> "tuple[Figure, list[Axes
 def plot_contact(corrected: CorrectedRun, curves: WearCurves) -> "Figure":
     """Draw wear depth, mean pressure, a_x and a_z from a law along a run, with 95 % bands (paper, Fig. 9).
 
-    The depth signal, corrected, stands next to the depth of both bodies.
+    The corrected depth signal is drawn with the depth of both bodies.
     """
     along, label = course(corrected.run)
     figure, axes = four_panels(contact_panels(along, corrected, [curves]), label)
@@ -435,7 +435,7 @@ def save_beside(
 ) -> None:
     """Write figures of a run or study next to its archive, as ``save_figures`` does, in one process at a time.
 
-    What somebody left of them who was killed goes. Raises ``ArchiveError`` and ``OutputError``.
+    Remains of an interrupted process are removed. Raises ``ArchiveError`` and ``OutputError``.
     """
     folder = archive.folder / FIGURES
     with archive.alone_with(identifier):

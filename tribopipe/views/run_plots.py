@@ -160,8 +160,8 @@ def wear_panels(
 ) -> tuple[Panel, ...]:
     """Draw the wear of each body with the laws, predictions, 95 % bands and measured values.
 
-    Of discs it is the volume; the depth, or the track width, where that alone was measured. A disc that neither wears
-    nor was measured has no panel. Residuals stand below wear that was recorded along the run.
+    For discs, wear is the volume, or the depth or the track width if only that was measured. A disc that neither wears
+    nor was measured has no panel. Residuals are shown below wear that was recorded along the run.
     """
     run, laws, panels = corrected.run, [*fits, *predictions], []
     rolls = any("wear_depth" not in curves.bands for curves in laws)
@@ -278,8 +278,7 @@ _CONTACT: Mapping[Outcome, tuple[str, Unit]] = {
 def contact_panels(x: Column, corrected: CorrectedRun, fits: Sequence[WearCurves]) -> tuple[Panel, ...]:
     """Draw wear depth, mean pressure, a_x and a_z from the fitted laws along a run (paper, Fig. 9).
 
-    The depth signal, corrected, stands next to the depth of both discs. Of a single law the depth of each disc does
-    too.
+    The corrected depth signal is drawn with the depth of both discs, and for a single law also with that of each disc.
     """
     first, *others = (
         Panel(label, unit, tuple(_law(x, corrected.id, curves, outcome, unit) for curves in fits))
@@ -318,8 +317,7 @@ _COURSE = (
 def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder: str = "") -> tuple[Panel, ...]:
     """Draw depth, pressure and contact of local wear and of the GIWM (paper, Fig. 9), and the difference in depth.
 
-    ``columns`` are those of the course in the archive, which stand in ``folder``. Of a contact as long as wide there is
-    one radius.
+    ``columns`` are those of the course in the archive, in ``folder``. A circular contact has one radius.
     """
     panels = []
     for label, unit, what in _COURSE:

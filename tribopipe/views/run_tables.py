@@ -1,7 +1,7 @@
 """The list of runs for other programs: CSV, spreadsheets, LaTeX, Markdown.
 
-Heads are names and units; a number has its standard uncertainty next to it, in a column of its own where programs read
-the table, in the same cell where people do. Forces are in N where one of the list is 1 N or more, else in mN.
+Headers are names and units. Standard uncertainties are in separate columns of machine-readable tables, and in the cell
+of the number in LaTeX and Markdown. Forces are in N if one of them is 1 N or more, otherwise in mN.
 """
 
 import csv
@@ -63,9 +63,9 @@ def _numbers(run: ListedRun, column: ListedColumn) -> tuple[float | None, float 
 def runs_csv(runs: Runs, columns: Sequence[ListedColumn] | None = None, *, decimal_comma: bool = False) -> bytes:
     """Return a list of runs as CSV, in UTF-8.
 
-    With commas and decimal points as RFC 4180 has it, or with semicolons and decimal commas as spreadsheets of most
-    European languages open it, which also take a mark at its start for UTF-8. Heads are names and units, "load [mN]";
-    next to each number stands its standard uncertainty, "load uncertainty [mN]". What is not known is an empty field.
+    Separators are commas, with decimal points (RFC 4180), or semicolons, with decimal commas and a UTF-8 mark at the
+    start, as spreadsheets expect in most European languages. Headers are names and units, "load [mN]"; each number is
+    followed by its standard uncertainty, "load uncertainty [mN]". Unknown values are empty fields.
     """
     heads, rows = _table(runs, columns)
     written = io.StringIO(newline="")

@@ -1,9 +1,8 @@
 """Figures of a study at the column widths of journals: wear of all runs under one law, friction, and effective k_D.
 
-They hold what Figures 1, 3, 4, 5, 6 and 12 of the paper do, with the uncertainties in addition. Runs stand in the
-order of
-their loads. Runs, or bodies, differ in color (Okabe–Ito), in line style and in marker, so that the figures survive
-grayscale.
+They have the content of Figures 1, 3, 4, 5, 6 and 12 of the paper, and also show uncertainties. Runs are in the order
+of their loads. Runs, or bodies, differ in color (Okabe–Ito), line style and marker, so that the figures can be printed
+in grayscale.
 """
 
 import math
@@ -95,14 +94,14 @@ def plot_study_wear(
 ) -> "Figure":
     """Draw the wear of all runs with one law, 95 % bands and post-test measurements.
 
-    Wear that was recorded along the runs stands in one panel, a color for each run (paper, Figs. 1, 4 and 6); the small
-    markers are what the study compares, averages over stretches of the distance. ``recorded`` holds sliding distance
+    Wear that was recorded along the runs is in one panel, a color for each run (paper, Figs. 1, 4 and 6); the small
+    markers are what the study compares, averages over sections of the distance. ``recorded`` holds sliding distance
     and wear depth, m, by run, for the thin lines.
 
-    Of runs that were measured at their ends alone, those of one load and slip share a panel, a color for each body, in
-    which the law is drawn along the longest of them (paper, Fig. 12). Below, what was measured stands over what the law
-    states. Runs on which another quantity was measured are counted in the legend. Of a study of both kinds of runs
-    only those are drawn along which wear was recorded.
+    Runs that were measured only at the end share a panel if they have the same load and slip, with a color for each
+    body; the law is drawn along the longest of them (paper, Fig. 12). A panel below shows measured over predicted wear.
+    Runs on which another quantity was measured are counted in the legend.
+    In a study of both kinds of runs, only those with a recorded wear curve are drawn.
     """
     found, own = result.law(law), [curve for curve in curves if curve.model == law]
     own = [curve for curve in own if curve.measured is not None] or own

@@ -1,7 +1,7 @@
 """The plots of a study, each defined once: wear of each body with a law, and effective k_D (paper, Fig. 5).
 
-Where wear was recorded along the runs, averages stand next to the law; where it was measured at their ends alone, what
-was measured over what the law gives stands below.
+Wear recorded along the runs is shown as averages with the law. If wear was measured only at the end, a panel below
+shows measured over predicted wear.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence

@@ -223,8 +223,8 @@ def _go_on() -> None: ...
 def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of runs as one HTML document; the same archive gives the same document.
 
-    ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
-    the work.
+    ``addressed`` contains the particulars of the report. ``go_on`` is called before each figure; an exception that it
+    raises ends the work.
     Raises ``ArchiveError`` if a run is not in the archive, or its file is damaged.
     """
     numbers = count(1)
@@ -236,8 +236,8 @@ def run_report(archive: Archive, ids: Sequence[str], go_on: GoOn = _go_on, addre
 def study_report(archive: Archive, study_id: str, go_on: GoOn = _go_on, addressed: Addressed = NOBODY) -> str:
     """Return a report of a study as one HTML document; the same archive gives the same document.
 
-    ``addressed`` holds the particulars of the report. ``go_on`` is called before each figure; whatever it raises ends
-    the work.
+    ``addressed`` contains the particulars of the report. ``go_on`` is called before each figure; an exception that it
+    raises ends the work.
     Raises ``ArchiveError`` if the study or one of its runs is not in the archive, or its file is damaged.
     """
     page, stored = study_page(archive, study_id), archive.study_outline(study_id)
