@@ -1,17 +1,18 @@
 """Tables that begin at a line known by its content: from that line to the layout, and to what it is made of."""
 
 import re
+from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import replace
 from datetime import datetime
 from functools import wraps
-from typing import Any
+from typing import Any, ClassVar
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.layout import Decimal, Layout
-from tribopipe.readers.reader import Match, ReadTable, refused
+from tribopipe.readers.reader import Hints, Holds, Match, ReadTable, refused
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.readers.text import (
     BLANKS,
@@ -172,3 +173,50 @@ def read_below(text: Text, lines: list[str], at: int, separator: str, decimal: D
     text = without_cut_row(text, separator)
     names = tuple(trimmed(cells_of(lines[at], separator)))
     return read_table(text, layout_below(text, lines, at + 1, names, separator, decimal))
+
+
+class HeaderRowReader(ABC):
+    """A reader of tables in which the row of names, wherever it is, shows what wrote them."""
+
+    holds: Holds = "signals"
+    separator: ClassVar[str]
+    sought: ClassVar[str]
+    """The row of names in words."""
+    whose: ClassVar[str]
+    """What writes such a row."""
+
+    @abstractmethod
+    def is_header(self, line: str, names: Set[str]) -> bool:
+        """Return whether a line with these names, each as ``bare_key`` writes it, is the row of names."""
+
+    @abstractmethod
+    def understood(self, table: ReadTable, lines: list[str], at: int) -> ReadTable:
+        """Return the table with what its columns mean, from the first lines, of which ``at`` is the row of names."""
+
+    def prepared(self, text: Text) -> Text:
+        """Return the text as it can be parsed."""
+        return text
+
+    def _header(self, lines: list[str]) -> int | None:
+        named = (frozenset(map(bare_key, cells_of(line, self.separator))) for line in lines)
+        return next((at for at, names in enumerate(named) if self.is_header(lines[at], names)), None)
+
+    @judge_lines
+    def match(self, lines: list[str]) -> Match:
+        """Judge by the names of the columns."""
+        found = self._header(lines)
+        if found is None:
+            return Match(0.0, f"no header row {self.sought}")
+        return Match(0.95, f"line {found + 1} is the header row of {self.whose}")
+
+    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
+        """Parse the file; ``ReaderError`` with file and line where it is broken."""
+        text = self.prepared(decode(source, hints.encoding))
+        lines = sample_lines(text)
+        at = self._header(lines)
+        if at is None:
+            raise ReaderError(
+                f"{source.name}: found no header row {self.sought}; expected the header row of {self.whose}; specify "
+                "another reader in run.toml"
+            )
+        return self.understood(read_below(text, lines, at, self.separator, hints.decimal), lines, at)

@@ -17,18 +17,16 @@ value throughout, it is a fact of the run. Columns may come in any order, and ot
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import replace
 
 import numpy as np
 
-from tribopipe.base.errors import ReaderError, UnitError
+from tribopipe.base.errors import UnitError
 from tribopipe.base.units import is_unit, parse
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, moment, read_below
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.text import decode, sample_lines
-from tribopipe.results.run import SourceFile
+from tribopipe.readers.headed_tables import HeaderRowReader, bare_key, moment
+from tribopipe.readers.reader import ReadColumn, ReadTable
 
 _SEPARATOR = "\t"
 _FRICTION_COEFFICIENTS = ("µ", "μ", "mu", "âμ", "?", "\ufffd", "cof", "frictioncoefficient", "coefficientoffriction")
@@ -62,42 +60,24 @@ _MODEL = re.compile("TRB ?[3³]|(?:Ultra )?Nano ?Tribometer", re.IGNORECASE)
 _OF_ROTATION = ("conditions.track_radius", "conditions.sliding_speed")
 
 
-class AntonPaarReader:
+class AntonPaarReader(HeaderRowReader):
     """Exports of Anton Paar's and CSM's tribometers."""
 
     name = "anton-paar"
     title = "Anton Paar and CSM tribometers (TRB³, nano, older ones)"
-    holds: Holds = "signals"
+    separator = _SEPARATOR
+    sought = "with Time, Distance, Laps and µ or Friction Force, separated by tabs"
+    whose = "an Anton Paar or CSM tribometer"
 
-    @judge_lines
-    def match(self, lines: list[str]) -> Match:
-        """Judge by the names of the columns."""
-        found = _names_row(lines)
-        if found is None:
-            return Match(0.0, "no tab-separated header row with Time, Distance, Laps and µ or Friction Force")
-        return Match(0.95, f"line {found + 1} is the header row of an Anton Paar or CSM tribometer")
+    def is_header(self, line: str, names: Set[str]) -> bool:  # noqa: ARG002
+        """Judge by the names alone."""
+        return names >= _MARKS and bool(names & _FRICTION)
 
-    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
-        """Parse the file; ``ReaderError`` with file and line where it is broken."""
-        text = decode(source, hints.encoding)
-        lines = sample_lines(text)
-        at = _names_row(lines)
-        if at is None:
-            raise ReaderError(
-                f"{source.name}: found no tab-separated header row with Time, Distance, Laps and µ or Friction "
-                "Force; expected the header row of an Anton Paar or CSM tribometer; specify another reader in "
-                "run.toml"
-            )
-        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
+    def understood(self, table: ReadTable, lines: list[str], at: int) -> ReadTable:
+        """Return the table with signals, units and facts of the header."""
         columns = tuple(map(_with_meaning, table.columns))
         facts = _header_facts(lines[:at], columns) | _column_facts(columns)
         return replace(table, columns=columns, notes=(*table.notes, *_notes(table.columns, columns)), facts=facts)
-
-
-def _names_row(lines: list[str]) -> int | None:
-    """Find the index of the row of names, where there is one."""
-    rows = (frozenset(map(bare_key, cells_of(line, _SEPARATOR))) for line in lines)
-    return next((index for index, names in enumerate(rows) if names >= _MARKS and names & _FRICTION), None)
 
 
 def _with_meaning(column: ReadColumn) -> ReadColumn:

@@ -16,21 +16,19 @@
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 
 import numpy as np
 
-from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.documents.signals import SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
 from tribopipe.readers.column_meanings import NEAR, roles_of, unit_kind
-from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
+from tribopipe.readers.headed_tables import HeaderRowReader, bare_key, cells_of
+from tribopipe.readers.reader import ReadColumn, ReadTable
 from tribopipe.readers.tables import is_number
-from tribopipe.readers.text import decode, sample_lines
-from tribopipe.results.run import SourceFile
+from tribopipe.readers.text import Text
 
 _SEPARATOR = "\t"
 _MARKS = frozenset({"thisstep", "steptime", "testtime"})
@@ -67,48 +65,30 @@ _STARTED = re.compile(r"Test started at (\d{1,2}:\d\d:\d\d) on (\d{4}-\d\d-\d\d)
 _MOST_ROWS = 100_000
 
 
-class PhoenixReader:
+class PhoenixReader(HeaderRowReader):
     """Files of Phoenix Tribology's Compend."""
 
     name = "phoenix-compend"
     title = "Phoenix Tribology Compend (TE67, TE77; .tsv)"
-    holds: Holds = "signals"
     suffixes = (".tsv",)
+    separator = _SEPARATOR
+    sought = "with This Step, Step Time and Test Time"
+    whose = "a Compend file"
 
-    @judge_lines
-    def match(self, lines: list[str]) -> Match:
-        """Judge by the row of names."""
-        found = _names_row(lines)
-        if found is None:
-            return Match(0.0, "no header row that begins with a tab and contains This Step, Step Time and Test Time")
-        return Match(
-            0.95, f"line {found + 1} is a header row with This Step, Step Time and Test Time, as in Compend files"
-        )
+    def is_header(self, line: str, names: Set[str]) -> bool:
+        """Judge by a tab before the names as well."""
+        return line.startswith(_SEPARATOR) and names >= _MARKS
 
-    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
-        """Parse the file; ``ReaderError`` with file and line where it is broken."""
-        text = decode(source, hints.encoding)
-        text = replace(text, content=_LONE_COMMA.sub(b"", text.content))
-        lines = sample_lines(text)
-        at = _names_row(lines)
-        if at is None:
-            raise ReaderError(
-                f"{source.name}: found no header row with This Step, Step Time and Test Time; expected the header "
-                "row of a Compend file; specify another reader in run.toml"
-            )
-        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
+    def prepared(self, text: Text) -> Text:
+        """Leave out commas behind which nothing stands."""
+        return replace(text, content=_LONE_COMMA.sub(b"", text.content))
+
+    def understood(self, table: ReadTable, lines: list[str], at: int) -> ReadTable:
+        """Return the table with signals, units and the start of the test."""
         columns, notes = _understood(table.columns)
         notes += _unknown_units(cells_of(lines[at], _SEPARATOR), at + 1)
         facts = {"instrument": "Phoenix Tribology (Compend)"} | _started(table.header)
         return replace(table, columns=columns, notes=(*table.notes, *notes), facts=facts)
-
-
-def _names_row(lines: Sequence[str]) -> int | None:
-    """Find the index of the row of names, where there is one."""
-    for index, line in enumerate(lines):
-        if line.startswith(_SEPARATOR) and set(map(bare_key, cells_of(line, _SEPARATOR))) >= _MARKS:
-            return index
-    return None
 
 
 def _key(column: ReadColumn) -> str:

@@ -12,14 +12,12 @@ Load, track radius and date are not in the file. Where the thermometers are is t
 have no meaning by themselves.
 """
 
+from collections.abc import Set
 from dataclasses import replace
 
-from tribopipe.base.errors import ReaderError
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.headed_tables import bare_key, cells_of, judge_lines, read_below
-from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
-from tribopipe.readers.text import decode, sample_lines
-from tribopipe.results.run import SourceFile
+from tribopipe.readers.headed_tables import HeaderRowReader, bare_key
+from tribopipe.readers.reader import ReadColumn, ReadTable
 
 _SIGNALS: dict[str, SignalName] = {
     "time": "time",
@@ -31,48 +29,24 @@ _SIGNALS: dict[str, SignalName] = {
 _ALWAYS = frozenset({"time", "frictionforce"})
 _USUAL = frozenset({"displacement", "temperature1", "temperature2", "rotationalspeed", "numberofrevolutions"})
 _ENOUGH = 2
-_SEPARATOR = ";"
 
 
-class T11Reader:
+class T11Reader(HeaderRowReader):
     """Tables of the T-11 pin-on-disc tester."""
 
     name = "t-11"
     title = "T-11 pin-on-disc tester (ITeE Radom)"
-    holds: Holds = "signals"
+    separator = ";"
+    sought = "such as 'Time [s];Friction force [N];…;Number of revolutions'"
+    whose = "a T-11 file"
 
-    @judge_lines
-    def match(self, lines: list[str]) -> Match:
-        """Judge by the names of the columns."""
-        found = _names_row(lines)
-        if found is None:
-            return Match(
-                0.0, "no header row with friction force, displacement, temperatures and revolutions, as in T-11 files"
-            )
-        return Match(0.95, f"line {found + 1} is the header row of a T-11 file")
+    def is_header(self, line: str, names: Set[str]) -> bool:  # noqa: ARG002
+        """Judge by the names alone."""
+        return names >= _ALWAYS and len(names & _USUAL) >= _ENOUGH
 
-    def read(self, source: SourceFile, hints: Hints) -> ReadTable:
-        """Parse the file; ``ReaderError`` with file and line where it is broken."""
-        text = decode(source, hints.encoding)
-        lines = sample_lines(text)
-        at = _names_row(lines)
-        if at is None:
-            raise ReaderError(
-                f"{source.name}: found no header row such as 'Time [s];Friction force [N];…;Number of revolutions'; "
-                "expected the header row of a T-11 file; specify another reader in run.toml"
-            )
-        table = read_below(text, lines, at, _SEPARATOR, hints.decimal)
+    def understood(self, table: ReadTable, lines: list[str], at: int) -> ReadTable:  # noqa: ARG002
+        """Return the table with signals and units."""
         return replace(table, columns=tuple(map(_with_meaning, table.columns)))
-
-
-def _are_marks(names: frozenset[str]) -> bool:
-    return names >= _ALWAYS and len(names & _USUAL) >= _ENOUGH
-
-
-def _names_row(lines: list[str]) -> int | None:
-    """Find the index of the row of names, where there is one."""
-    rows = (frozenset(map(bare_key, cells_of(line, _SEPARATOR))) for line in lines)
-    return next((index for index, names in enumerate(rows) if _are_marks(names)), None)
 
 
 def _with_meaning(column: ReadColumn) -> ReadColumn:
