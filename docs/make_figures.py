@@ -21,8 +21,7 @@ from tribopipe.physics.conventions import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study
 from tribopipe.results.run import Profile
-from tribopipe.views.archived_figures import save_run_figures
-from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.archived_figures import save_run_figures, save_study_figures
 from tribopipe.views.local_wear_figures import plot_local_wear
 from tribopipe.views.profile_figures import draw_profile
 from tribopipe.views.run_figures import save_figure

@@ -27,8 +27,7 @@ from tribopipe.pipeline.stages import ingest, process
 from tribopipe.pipeline.studies import run_study
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.views.archived_figures import save_run_figures
-from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.archived_figures import save_run_figures, save_study_figures
 from tribopipe.views.run_figures import plot_contact, plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.views.study_figures import plot_study_friction, plot_study_wear
 

@@ -10,8 +10,7 @@ from printable import faults, letter_sizes
 from tribopipe.archive.store import Archive
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.studies import find_studies, load_studies, process_studies
-from tribopipe.views.archived_figures import run_figures
-from tribopipe.views.archived_study_figures import study_figures
+from tribopipe.views.archived_figures import run_figures, study_figures
 
 STUDIES = [path.name.removesuffix(".study.toml") for path in sorted(SAMPLES.glob("*.study.toml"))]
 

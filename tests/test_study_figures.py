@@ -19,7 +19,7 @@ from tribopipe.pipeline.archived_results import archived_correction, archived_fr
 from tribopipe.pipeline.studies import run_study
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.study import AGREEMENT
-from tribopipe.views.archived_study_figures import save_study_figures
+from tribopipe.views.archived_figures import save_study_figures
 from tribopipe.views.study_figures import plot_study_coefficient, plot_study_friction, plot_study_wear
 
 pytestmark = pytest.mark.slow

@@ -8,9 +8,8 @@ from starlette.exceptions import HTTPException
 from tribopipe.browse.file_cache import RunFile, StudyFile
 from tribopipe.browse.plots import PlotOffer, coefficient_offer, run_plots
 from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient, effective_coefficient
-from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_title
-from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.archived_results import archived_member
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.study import LawResult
 from tribopipe.views.plot import Panel, Plot, axis_label
@@ -94,7 +93,7 @@ def _draw_coefficient(study: StudyFile) -> tuple[Panel, ...]:
 
 def _effective(study: StudyFile, runs: list[str]) -> list[EffectiveCoefficient]:
     recipe = recipe_of(study.stored.options)
-    members = [Member(archived_correction(study.archive, run), archived_friction(study.archive, run)) for run in runs]
+    members = [archived_member(study.archive, run) for run in runs]
     posed = [member.pose("sarkar", recipe) for member in members if member.has_curve]
     found = [effective_coefficient(run, recipe.monte_carlo.seed) for run in posed]
     return [one for one in found if one is not None]

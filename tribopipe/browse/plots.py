@@ -14,9 +14,8 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient, effective_coefficient
-from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_title
-from tribopipe.pipeline.archived_results import archived_correction, archived_friction
+from tribopipe.pipeline.archived_results import archived_member
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
@@ -167,7 +166,7 @@ def effective(run: RunFile) -> EffectiveCoefficient | None:
 
 
 def _effective(run: RunFile, recipe: Recipe) -> EffectiveCoefficient | None:
-    member = Member(archived_correction(run.archive, run.id), archived_friction(run.archive, run.id))
+    member = archived_member(run.archive, run.id)
     return effective_coefficient(member.pose("sarkar", recipe), recipe.monte_carlo.seed)
 
 

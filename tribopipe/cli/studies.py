@@ -129,7 +129,7 @@ def run(
 ) -> None:
     """Evaluate a study on archived runs, and archive it."""
     from tribopipe.pipeline.studies import load_studies, run_study
-    from tribopipe.views.archived_study_figures import save_study_figures, study_is_drawn
+    from tribopipe.views.archived_figures import save_study_figures, study_is_drawn
 
     (study,) = load_studies([path])
     store = load_archive(archive)
@@ -218,7 +218,7 @@ def figures(
 ) -> None:
     """Draw the figures of a study: wear under each law, friction, k_D."""
     from tribopipe.pipeline.output_paths import require_folder
-    from tribopipe.views.archived_study_figures import save_study_figures
+    from tribopipe.views.archived_figures import save_study_figures
 
     if into is not None:
         require_folder(into)

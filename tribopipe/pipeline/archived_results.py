@@ -14,6 +14,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.study import bodies
+from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.local import archards_wear
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import CorrectedRun
@@ -28,6 +29,11 @@ def archived_correction(archive: Archive, run_id: str) -> CorrectedRun:
 def archived_friction(archive: Archive, run_id: str) -> FrictionFit | None:
     """Return the friction fit as the archive holds it; none where it was not done."""
     return archive.result(run_id, "friction_fit", FrictionFit)
+
+
+def archived_member(archive: Archive, run_id: str) -> Member:
+    """Return a corrected run with its friction, as a study takes it. Raises ``ArchiveError`` where not corrected."""
+    return Member(archived_correction(archive, run_id), archived_friction(archive, run_id))
 
 
 def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit:

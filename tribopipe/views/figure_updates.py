@@ -8,8 +8,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import TribopipeError
 from tribopipe.base.executor import ALONE, Crew, as_done
 from tribopipe.pipeline.stages import Outcome, attempted
-from tribopipe.views.archived_figures import run_is_drawn, save_run_figures
-from tribopipe.views.archived_study_figures import save_study_figures, study_is_drawn
+from tribopipe.views.archived_figures import run_is_drawn, save_run_figures, save_study_figures, study_is_drawn
 
 _Call = Callable[..., object]
 Step = tuple[str, Callable[[], Outcome]]

@@ -20,8 +20,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.results.study import StudyResult
-from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption
-from tribopipe.views.archived_study_figures import study_figures
+from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption, study_figures
 from tribopipe.views.astm_g99 import ReportingItem, reporting_items
 from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import inline_svg, rendered
