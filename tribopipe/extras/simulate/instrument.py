@@ -132,7 +132,7 @@ class AnyVirtualTest(ABC):
     time: Column
     """Time of each sample, s."""
     distance: Column
-    """Distance slid by the unworn bodies, m."""
+    """Sliding distance of the unworn bodies, m."""
     depth_scale: float
     """True displacement over displacement read."""
     instrument: str
