@@ -266,8 +266,8 @@ def test_motion_that_the_contact_does_not_know_is_refused():
 
 
 def test_run_toml_states_all_that_the_plan_states_of_the_bodies(tmp_path):
-    film = {"film_thickness": Quantity(value=2e-6, unit="m"), "vickers_hardness": 1600.0}
-    contact = SHORT.contact.model_copy(update={"disc": SHORT.contact.disc.model_copy(update=film)})
+    coating = {"coating_thickness": Quantity(value=2e-6, unit="m"), "vickers_hardness": 1600.0}
+    contact = SHORT.contact.model_copy(update={"disc": SHORT.contact.disc.model_copy(update=coating)})
     VirtualTest(SHORT.model_copy(update={"contact": contact}), RUN).write(tmp_path)
     manifest, _ = read_manifest(tmp_path / "run.toml")
     assert manifest.contact == contact

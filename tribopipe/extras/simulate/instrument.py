@@ -278,7 +278,7 @@ _UNITS = {
     "poisson_ratio": "1",
     "density": "g/cm^3",
     "surface_roughness": "um",
-    "film_thickness": "um",
+    "coating_thickness": "um",
     "fracture_toughness": "MPa*m^0.5",
 }
 """Unit in run.toml of what is known of a body; mm for other lengths."""
