@@ -2,6 +2,7 @@
 
 import math
 from itertools import count, islice
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
+from tribopipe.evaluation.study.member import copies_note
 from tribopipe.evaluation.study.random_effects import Combination, combine, paule_mandel
 
 TRUE = 1.35e-14
@@ -334,3 +336,14 @@ def test_order_of_the_runs_does_not_matter(data):
     assert mixed.weights == pytest.approx(plain.weights[order], rel=1e-6)
     assert mixed.scatter == pytest.approx(plain.scatter, rel=1e-6, abs=1e-6 * math.sqrt(TRUE))
     assert set(mixed.summary.outliers) == set(plain.summary.outliers)
+
+
+@pytest.mark.parametrize(("step", "noted"), [(0.0, True), (1e-9, False)])
+def test_study_notes_a_recording_that_counts_twice(step, noted):
+    depth = np.linspace(0, 1e-6, 20)
+    members = [
+        SimpleNamespace(id=name, corrected=SimpleNamespace(run=SimpleNamespace(columns={"depth": depth + more})))
+        for name, more in (("a", 0.0), ("b", step))
+    ]
+    notes = copies_note(members)
+    assert [note.startswith("warning: found the same recording in a and b; ") for note in notes] == [True] * noted

@@ -229,6 +229,9 @@ def show_study_overview(result: StudyResult, archived: bool = True) -> None:
     warned = by_kind((run.id, one) for run in verdicts for one in run.findings if one.severity != "note")
     for line in short_lines(warned, line_width(), _PROBLEMS):
         print_result(line)
+    for note in result.notes:
+        if note.startswith("warning: "):
+            print_result(note)
     _show_extrapolations(verdicts)
     quiet = [one for run in verdicts for one in run.findings if one.severity == "note"]
     notes = len(result.notes) + len(quiet) + sum(len(run.notes) for run in verdicts)

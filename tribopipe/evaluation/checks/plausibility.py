@@ -38,7 +38,7 @@ if it exceeds the uncertainty of the volume."""
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
-"""Intervals from which on losses of intervals are told from totals: largest over smallest rate if they are losses, and
+"""Fewest intervals in which losses are distinguished from totals; largest over smallest rate if they are losses, and
 lowest over first rate if they are totals."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),

@@ -16,7 +16,7 @@ from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
-from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen
+from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen, copies_note
 from tribopipe.evaluation.study.random_effects import DEPTHS, VOLUMES, Combination, combine
 from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws, judge_recorded, one_engine
 from tribopipe.evaluation.study.verdict import Judgment, Question, sentence, single_run_note, worst_outcome
@@ -66,7 +66,11 @@ def evaluate(
         laws=results,
         comparisons=comparisons,
         left_out=tuple(left_out),
-        notes=(*_limits([*fit, *predict]), *single_run_note([member.id for member in fit])),
+        notes=(
+            *_limits([*fit, *predict]),
+            *single_run_note([member.id for member in fit]),
+            *copies_note([*fit, *predict]),
+        ),
     )
     return Evaluation(result, tuple(curve for law in laws.values() for curve in law.curves))
 

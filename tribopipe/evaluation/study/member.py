@@ -31,6 +31,9 @@ from tribopipe.results.run import CorrectedRun
 from tribopipe.results.study import LeftOut
 from tribopipe.results.wear_fit import Contribution
 
+_FEWEST_COPIED = 16
+"""Samples from which on two equal recordings are of one test."""
+
 
 def at_length(problem: WearProblem, coefficient: float, length: float) -> WearProblem:
     """Return the problem that a test ``length`` times as long would pose if the law held exactly.
@@ -143,6 +146,22 @@ def chosen(
         )
     check_bodies(study.id, [member.corrected.run.manifest for member in (*fit, *predict)])
     return fit, predict
+
+
+def copies_note(members: Sequence[Member]) -> tuple[str, ...]:
+    """Report runs with the same recording: one test that counts as several makes k_D seem too certain."""
+    first: dict[bytes, str] = {}
+    for member in members:
+        columns = member.corrected.run.columns
+        recorded = [columns[name] for name in ("depth", "friction_force") if name in columns]
+        if recorded and len(recorded[0]) >= _FEWEST_COPIED and np.ptp(recorded[0]) > 0:
+            original = first.setdefault(np.concatenate(recorded).tobytes(), member.id)
+            if original != member.id:
+                return (
+                    f"warning: found the same recording in {original} and {member.id}; expected independent tests, "
+                    "since u(k_D) is too small if one counts twice; remove one of them from the study",
+                )
+    return ()
 
 
 @dataclass(frozen=True)
