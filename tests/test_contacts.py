@@ -37,7 +37,7 @@ from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import sections
 
 PACKAGE = Path(tribopipe.__file__).parent
-MOST_BRANCHES = 10
+MOST_BRANCHES = 9
 OWN = ["pin-on-disc", "reciprocating", "block-on-ring", "four-ball", "twin-disc"]
 K_D = 13.5e-15
 """m²/N: the truth of the plan."""

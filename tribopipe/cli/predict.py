@@ -238,14 +238,15 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
         "--engine": asked.engine,
         "--distance-per-rotation": asked.distance,
     }
-    for option, whose in (_OF_A_PIN if manifest.rolls else _OF_DISCS).items():
+    rolls = manifest.slip is not None
+    for option, whose in (_OF_A_PIN if rolls else _OF_DISCS).items():
         if given.get(option) is not None:
             raise typer.BadParameter(f"{option} applies to {whose}")
     changed: dict[str, Quantity | None] = {}
     for option, key, kind in (("--load", "normal_load", "force"), ("--speed", contact.progress.speed, "speed")):
         if option in asked.changes:
             changed[key] = quantity(option, asked.changes[option], kind)
-    if manifest.rolls:
+    if rolls:
         slip = asked.changes.get("--slip")
         changed |= {"slip": manifest.slip if slip is None else _slip(slip), "flat_disc_speed": None}
     contact = _resized(contact, asked.changes)
