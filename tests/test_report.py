@@ -16,11 +16,13 @@ from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
+from tribopipe.base.units import pretty, show
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.stages import advance, ingest
 from tribopipe.pipeline.studies import run_study
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.views.astm_g99 import reporting_items
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
@@ -174,6 +176,58 @@ def test_study_report_says_k_d_and_verdicts_as_the_archive_holds_them(studied, s
     verdicts = [span.text.strip() for span in study_html.all("span") if "outcome" in span.classes]
     told = [line.outcome for law in page.laws for line in law.agreement]
     assert Counter(verdicts) == Counter(told + told)
+
+
+_UNITS = {
+    "m": ("um", "mm", "m", "nm"),
+    "N": ("mN", "N"),
+    "m^3": ("mm^3", "um^3"),
+    "m/s": ("nm/min", "mm/s", "m/s"),
+    "m^2/N": ("mm^3/(N*mm)", "mm^3/(N*m)"),
+    "Pa": ("GPa", "MPa"),
+    "1": ("1", "%"),
+}
+_WITH_U = re.compile(r"\(?-?[\d.]+ ± [\d.]+(?:\)×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?")
+
+
+def known_uncertainties(archive: Archive) -> set[str]:
+    """Write every quantity of the archive with its standard uncertainty, in each unit in which it may be shown."""
+    runs = [archive.outline(run_id) for run_id in archive.ids()]
+    records = [archive.study("air").result, *(run.manifest for run in runs)]
+    records += [step.result for run in runs for step in archive.steps(run.manifest.id).values()]
+    return {
+        show(one["value"], one["standard_uncertainty"], one["unit"], unit).removesuffix(pretty(unit)).strip()
+        for record in records
+        for one in quantities(record.model_dump())
+        for unit in _UNITS.get(one["unit"], (one["unit"],))
+    }
+
+
+def quantities(node) -> list[dict]:
+    """Return all quantities with a standard uncertainty within what a record holds."""
+    if isinstance(node, dict):
+        own = [node] if node.get("standard_uncertainty") and "unit" in node else []
+        return own + [one for part in node.values() for one in quantities(part)]
+    return [one for part in node for one in quantities(part)] if isinstance(node, list | tuple) else []
+
+
+def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html):
+    known = known_uncertainties(studied) | {initial_friction(studied, run_id) for run_id in (LIGHT, AGAIN)}
+    text = study_html.text
+    for svg in study_html.all("svg"):  # where formulas have each letter on its own
+        text = text.replace(" ".join(svg.text.split()), "")
+    pages = {"report": text, "study": repr(study_page(studied, "air"))}
+    pages |= {run_id: repr(run_page(studied, run_id)) for run_id in (LIGHT, HEAVY, NO_END)}
+    found = {name: set(_WITH_U.findall(text)) for name, text in pages.items()}
+    assert all(len(one) > 5 for one in found.values())
+    others = {name: found[name] - known for name in pages}
+    assert others == {name: set() for name in pages}
+
+
+def initial_friction(archive: Archive, run_id: str) -> str:
+    """Write μ at the start, A + b, whose uncertainties are correlated."""
+    fit = archive.result(run_id, "friction_fit", FrictionFit)
+    return show(fit.amplitude.value + fit.steady_state.value, np.sum(np.asarray(fit.covariance)[:2, :2]) ** 0.5, "1")
 
 
 def test_study_report_holds_budgets_figures_and_equations(study_html):
