@@ -392,7 +392,7 @@ def test_new_run_is_archived_and_fitted_beside_a_damaged_file(run_cli, sample_ru
     assert result.exit_code in (1, 3)
     assert len([line for line in result.stderr.splitlines() if line.startswith("error: ")]) == 1
     assert "broken.h5" in result.stderr
-    assert "k_D, Archard" in result.stdout
+    assert "k_D from Archard's law" in result.stdout
     assert "steps done" in result.stderr
 
 

@@ -398,7 +398,7 @@ def test_number_that_agrees_with_its_checksum_is_found_by_computing_it_again(sma
     assert verify(archive).sound
     (told,) = verify(archive, again=True).findings
     assert (told.severity, told.code, told.where) == ("warning", "recompute", f"{DISC}.h5: /entry/specific_wear")
-    assert "result.normal_load.value, archived as 0.26, now 0.249" in told.message
+    assert "result.normal_load.value: archived 0.26, now 0.249" in told.message
 
 
 def test_one_run_alone(copied):

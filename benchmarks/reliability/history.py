@@ -19,7 +19,7 @@ from statistics import median
 from short_runs import short_runs
 from told import Row, asked, tell
 
-from tribopipe.archive import store
+from tribopipe.archive import run_files
 from tribopipe.archive.history import FILE_NAME, Account, Entry, append, chained, entry
 from tribopipe.archive.store import Archive
 from tribopipe.base.files import replacing
@@ -44,12 +44,12 @@ def long_history() -> Iterator[Entry]:
 @contextmanager
 def without_history() -> Iterator[None]:
     """Have files written as they were before there was a history."""
-    plain = vars(store)["placed"]
-    vars(store)["placed"] = lambda archive, path, event: replacing(path)  # noqa: ARG005
+    plain = vars(run_files)["placed"]
+    vars(run_files)["placed"] = lambda archive, path, event: replacing(path)  # noqa: ARG005
     try:
         yield
     finally:
-        vars(store)["placed"] = plain
+        vars(run_files)["placed"] = plain
 
 
 def timed(work: Callable[[], object]) -> float:

@@ -23,7 +23,7 @@ from held import content, differences, files
 from short_runs import short_runs
 from told import Row, asked, tell
 
-from tribopipe.archive import lock, store
+from tribopipe.archive import lock, run_files
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.store import Archive
@@ -117,7 +117,7 @@ def _write(runs: Sequence[Path], archive: Path, told: Path) -> None:
             waits.append(time.perf_counter() - start)
             yield
 
-    vars(store)["writers_lock"] = timed
+    vars(run_files)["writers_lock"] = timed
     failed = [str(outcome.error) for outcome in work(runs, Archive(archive)) if outcome.error is not None]
     told.write_text(json.dumps({"failed": failed, "waits": waits}), encoding="utf-8")
 
