@@ -110,8 +110,9 @@ class Member:
 
     @property
     def has_curve(self) -> bool:
-        """Whether a sensor recorded wear along the run, and the pin was measured after it."""
-        return self.corrected.correction.anchor is not None
+        """Whether a sensor recorded the wear of a pin along the run, and the pin was measured after it."""
+        contact = self.corrected.run.manifest.contact
+        return self.corrected.correction.anchor is not None and (contact is None or contact.sensor_tells)
 
     def pose(self, law: LawName, recipe: Recipe) -> "PosedRun":
         """Pose the fit of a law to this run. Raises ``FitError`` where the run is missing something for it."""
