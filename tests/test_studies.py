@@ -466,7 +466,7 @@ def test_studies_with_a_run_in_common_are_taken_by_one_worker_after_the_other(st
             taken.append([study.id for _, study in task])
             yield task, work(task)
 
-    monkeypatch.setattr("tribopipe.pipeline.studies.as_done", by_one)
+    monkeypatch.setattr("tribopipe.pipeline.stages.as_done", by_one)
     outcomes = list(process_studies(store, studies, Recipe(), crew=Crew(jobs=2)))
     assert taken == [["a", "c", "d"], ["b", "e"]]
     assert sorted((outcome.place, outcome.run_id, outcome.status) for outcome in outcomes) == [
@@ -570,7 +570,7 @@ def test_what_only_looks_leaves_runs_fitted_by_another_recipe_alone(by_recipe, t
     else:
         evaluate_archived(store, QUICK.model_copy(update={"fit": (LIGHT,)}), Recipe())
     assert [store.step_names(run_id) for run_id in (LIGHT, HEAVY)] == [
-        ["clean_up", "drift_correction", "friction_fit", "wear_fit_archard"]
+        ["clean_up", "drift_correction", "wear_fit_archard"]
     ] * 2
     assert tree_bytes(store.folder) == before
 
