@@ -52,7 +52,8 @@ def test_steady_rate_is_the_slope_after_running_in(body):
     assert wear.steady_rate.value == pytest.approx(STEADY, rel=0.02)
     assert abs(wear.steady_rate.value - STEADY) < 2 * wear.steady_rate.standard_uncertainty
     assert 0 < wear.steady_from.value < 20e3
-    assert any(f"the overall rate of the {body} is 2.6 times its steady-state rate" in note for note in found.notes)
+    said = f"the overall rate of the {body} is 2.6 times its steady-state rate: running-in"
+    assert said in found.notes
 
 
 def test_each_interval_has_its_rate():

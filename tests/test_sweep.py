@@ -361,7 +361,7 @@ def test_another_table_is_not_overwritten_unasked(swept, tmp_path):
 def test_people_are_shown_a_table_and_what_it_comes_to(swept):
     shown = swept(FEW).output
     assert "half range" in shown
-    assert "by wear.correction" in shown
+    assert "effect of wear.correction" in shown
     assert "1000 m" in swept(LIFE).output
 
 
