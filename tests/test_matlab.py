@@ -87,7 +87,7 @@ def test_structs_of_an_array_are_tests(tmp_path):
     (tmp_path / "a.mat").write_bytes(content)
     made = make_runs(Wanted([tmp_path / "a.mat"], into=tmp_path / "runs", each_sheet=True))
     assert [one.folder.name for one in made] == ["a-runs-1-data", "a-runs-2-data"]
-    assert all((one.lacks, one.problem) == ((), None) for one in made)
+    assert all((one.missing, one.problem) == ((), None) for one in made)
     loads = [(one.folder / "run.toml").read_text(encoding="utf-8") for one in made]
     assert 'normal_load = "5.0 N"' in loads[0]
     assert 'normal_load = "10.0 N"' in loads[1]

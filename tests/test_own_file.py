@@ -496,7 +496,7 @@ def test_a_template_may_be_of_any_kind_of_contact(lab, kind, bodies, header):
     (lab / "lab.toml").write_text(f'schema = "tribopipe.template/1"\n[contact]\nkind = "{kind}"\n{tables}', "utf-8")
     (lab / "a.csv").write_text(table(f"Normalkraft;5 N\n{header}\n\n"), encoding="utf-8")
     made, _, document = drafted(lab / "a.csv", template=lab / "lab.toml")
-    assert (made.lacks, made.bodies_lack, made.problem) == ((), (), None)
+    assert (made.missing, made.bodies_lack, made.problem) == ((), (), None)
     assert document["contact"]["kind"] == kind
 
 
@@ -504,7 +504,7 @@ def test_a_reciprocating_run_lacks_its_stroke(lab):
     (lab / "lab.toml").write_text('schema = "tribopipe.template/1"\n[contact]\nkind = "reciprocating"\n', "utf-8")
     (lab / "a.csv").write_text(table("Normalkraft;5 N\n\n"), encoding="utf-8")
     made, _, _ = drafted(lab / "a.csv", template=lab / "lab.toml")
-    assert made.lacks == ("conditions.stroke",)
+    assert made.missing == ("conditions.stroke",)
 
 
 def test_blocks_and_rings_in_a_header_tell_the_kind(lab):

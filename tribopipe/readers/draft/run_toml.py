@@ -273,8 +273,8 @@ def _signals(group: Group, draft: Draft) -> list[str]:
     """Write what run.toml states about consecutive files."""
     track_key = track_key_of(draft.known.kind)
     is_known = track_key in draft.known.given and not (track_key.startswith("contact.") and draft.known.bodies_lack)
-    lacks = "" if is_known else track_key
-    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", lacks)
+    needed = "" if is_known else track_key
+    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", needed)
     lines = [
         _Line("[[signals]]"),
         *_files(group),
