@@ -202,7 +202,8 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if role not in values and quantity is not None:
             values[role] = quantity.value
             labels[role] = f"conditions.{'normal_load' if role == 'normal_force' else role}"
-    if run.origins["sliding_distance"] == "derived from nominal speed" and not run.manifest.rolls:
+    slid = run.manifest.progress.signal == "sliding_distance"
+    if slid and run.origins["sliding_distance"] == "derived from nominal speed":
         values["sliding_distance"], labels["sliding_distance"] = run.sliding_distance, "conditions.sliding_speed"
     for identity, ratio in ratios(values):
         recorded = [role for role in identity.roles if role in found]

@@ -389,7 +389,7 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
     friction = next((run.columns[name] for name in names if name in run.columns), None)
     slid = cleaned.run.sliding_distance
-    if friction is None or run.manifest.rolls or len(run) < _PARTS or not np.all(np.isfinite(slid)):
+    if friction is None or len(run) < _PARTS or not np.all(np.isfinite(slid)):
         return
     ends_of_range = np.nanpercentile(friction, [5, 95]) if np.any(np.isfinite(friction)) else np.zeros(2)
     zero = float(np.mean(ends_of_range)) if run.manifest.conditions.stroke is not None else 0.0
