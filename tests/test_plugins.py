@@ -341,7 +341,7 @@ def test_wear_of_discs_is_as_uncertain_as_the_parameters_of_their_law():
 @pytest.mark.usefixtures("installed")
 def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_archard(monkeypatch):
     slow_at_first = replace(laws.law_named("running_in"), excess=-0.5, length=LENGTH)
-    monkeypatch.setattr("tribopipe.extras.simulate.pin_on_disc.true_law", lambda _: slow_at_first)
+    monkeypatch.setattr("tribopipe.extras.simulate.instrument.true_law", lambda _: slow_at_first)
     series = series_of(sliding_distance="100 m", systematic_errors=False)
     recipe = JOINT.model_copy(
         update={"wear": JOINT.wear.model_copy(update={"parameters": {"running_in": {"length": f"{LENGTH} m"}}})}
