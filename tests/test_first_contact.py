@@ -353,7 +353,7 @@ def test_an_installation_without_pages_still_tells_its_errors(on_a_terminal, mon
     monkeypatch.setattr("tribopipe.shipped._FOLDERS", ())
     say_where_to_read(["unit-error"])
     assert on_a_terminal == []
-    with pytest.raises(InternalError, match="install it again"):
+    with pytest.raises(InternalError, match="reinstall tribopipe"):
         shipped("docs/messages.md")
 
 
