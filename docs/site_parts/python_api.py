@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Iterable, Iterator
+from functools import cached_property
 from typing import Any, get_args, get_type_hints
 
 from matplotlib.figure import Figure
@@ -104,11 +105,16 @@ def _hints(thing: Any) -> Iterator[Any]:
     yield from get_type_hints(thing, localns=known).values()
     if isinstance(thing, type):
         for name, member in vars(thing).items():
-            method = (
-                member.fget if isinstance(member, property) else inspect.unwrap(getattr(member, "__func__", member))
-            )
+            method = inspect.unwrap(_function_of(member))
             if not name.startswith("_") and inspect.isfunction(method):
                 yield from get_type_hints(method, localns=known).values()
+
+
+def _function_of(member: Any) -> Any:
+    """Return the function behind a property, a class method or a static method; of anything else, itself."""
+    if isinstance(member, property):
+        return member.fget
+    return member.func if isinstance(member, cached_property) else getattr(member, "__func__", member)
 
 
 def _classes(hint: Any) -> Iterator[type]:
