@@ -477,6 +477,7 @@ MORE = {
         manifest(interruptions=weighings(2.0, 2.1, 1.9, 2.05), end_values__pin_wear_volume=volume(2.0)),
         "interruptions, end_values of the pin",
     ),
+    "time in ms as s": ("implausible_conditions", column("time", lambda time: time * 1e5), "time"),
     "no time passes": ("axis_constant", samples_set("time", slice(None), 3.0), "time"),
     "no end value": ("missing_input", manifest(end_values={}), "end_values"),
     "depth counts down": ("implausible_depth", column("depth", np.negative), "depth"),

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from typing import Any, NamedTuple, get_args
 
+import numpy as np
+
 import tribopipe.evaluation.checks.plausibility  # noqa: F401 - registers further checks of what run.toml says
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -55,7 +57,7 @@ class _Size(NamedTuple):
 
 @check("warning")
 def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
-    """Catch a wrong unit in radii, load, speeds, slip and distance."""
+    """Catch a wrong unit in radii, load, speeds, slip, distance and time."""
     manifest = run.manifest
     load = _Size("conditions.normal_load", manifest.conditions.normal_load, 1e-6, 1e5, "N")
     for size in (*_sizes(manifest), load):
@@ -66,6 +68,7 @@ def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
             )
             yield Trouble(size.where, f"found {found}; expected {expected}", "check its unit")
     yield from _odd_slip(manifest)
+    yield from _odd_duration(run)
 
 
 _RADII = {"radius": (1e-6, 0.5), "crown_radius": (1e-5, 10.0), "rolling_radius": (1e-4, 2.0)}
@@ -82,6 +85,20 @@ def _sizes(manifest: RunManifest) -> Iterator[_Size]:
     yield _Size("conditions.curved_disc_speed", conditions.curved_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.flat_disc_speed", conditions.flat_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size(_slip_key(manifest), _slip_share(manifest), 1e-5, 10.0, "%")
+
+
+_LONGEST_TEST = 30.0
+"""Longest duration of a test, days; milliseconds that are read as seconds exceed it after 43 minutes."""
+
+
+def _odd_duration(run: RawRun) -> Iterator[Trouble]:
+    """Catch time in ms that is read as s."""
+    time = run.columns.get("time")
+    days = 0.0 if time is None or not np.any(np.isfinite(time)) else float(np.nanmax(time) - np.nanmin(time)) / 86400
+    if days > _LONGEST_TEST:
+        yield Trouble(
+            "time", f"found a test of {days:.0f} days; expected at most {_LONGEST_TEST:.0f}", "check its unit"
+        )
 
 
 def _slip_key(manifest: RunManifest) -> str:
