@@ -94,7 +94,7 @@ def _encoded(content: object, encoding: Format = "json") -> Response:
     """Write an answer as h5grove does; texts may turn out longer than anybody could know before."""
     answer = encode(content, encoding)
     if len(answer.content) > 3 * LARGEST:
-        raise _too_large(f"an answer of {len(answer.content):,} bytes")
+        raise _too_large(f"a response of {len(answer.content):,} bytes")
     return Response(answer.content, headers=answer.headers)
 
 
@@ -155,11 +155,11 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
     if count * size > LARGEST:
         raise _too_large(f"{count:,} values")
     if prod(dataset.chunks or ()) * size > _LARGEST_CHUNK:
-        raise _too_large("chunks too large to be unpacked")
+        raise _too_large("chunks that are too large to decompress")
     if h5py.check_string_dtype(dataset.dtype) is None:
         check_packed(dataset)
     elif int(RawFile(file).text_lengths(dataset.id).sum()) > LARGEST:
-        raise _too_large("longer texts")
+        raise _too_large("strings that exceed this limit")
     return DatasetContent(path, dataset)
 
 
@@ -172,7 +172,8 @@ def _selected(dataset: h5py.Dataset, selection: str | None) -> int:
 
 
 def _too_large(found: str) -> HTTPException:
-    return HTTPException(413, f"found {found}; expected at most {LARGEST:,} bytes in one answer; request a part of it")
+    expected = f"at most {LARGEST:,} bytes per response"
+    return HTTPException(413, f"found {found}; expected {expected}; request a smaller selection")
 
 
 def _paths(path: str, found: Part) -> list[str]:

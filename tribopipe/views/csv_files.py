@@ -100,7 +100,7 @@ def csv_lines(rows: Any) -> bytes:
 
 
 def csv_field(value: Any) -> str:
-    """Return a field; a text that a spreadsheet would treat as a formula is quoted as spreadsheets do."""
+    """Return a CSV field; strings that a spreadsheet would interpret as formulas are prefixed with an apostrophe."""
     if not isinstance(value, str):
         return "" if np.isnan(value) else repr(float(value))
     return f"'{value}" if value.startswith(_FORMULA) and not _is_number(value) else value

@@ -123,7 +123,7 @@ class _Shown(NamedTuple):
     body: str
     quantity: str
     outcome: str
-    """Name of the outcome in the bands of laws."""
+    """Key of this quantity in ``WearCurves.bands``, such as "curved_depth"."""
     unit: Unit
     marks: tuple[Mark, ...]
     measured: Column | None = None

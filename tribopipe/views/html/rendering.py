@@ -276,7 +276,7 @@ def printed(document: str) -> bytes:
             raise TribopipeError(f"report: {browser} took over {_LONGEST} s to print; omit --pdf") from None
         if not pdf.is_file():
             last = (done.stderr.decode("utf-8", "replace").splitlines() or ["no message"])[-1]
-            raise TribopipeError(f"report: {browser} printed nothing ({last}); omit --pdf and print the HTML file")
+            raise TribopipeError(f"report: {browser} did not create a PDF ({last}); omit --pdf and print the HTML file")
         return pdf.read_bytes()
 
 
