@@ -20,6 +20,8 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement
 from tribopipe.evaluation.study.member import Member, at_rotations
 from tribopipe.evaluation.study.verdict import (
+    CURVE_DRAWS,
+    CURVE_PLACES,
     DECISIVE,
     MEASURED_IN,
     Comparison,
@@ -29,18 +31,14 @@ from tribopipe.evaluation.study.verdict import (
     body_verdict,
     decide,
     end_of_life,
+    volume_curve,
 )
 from tribopipe.evaluation.wear.inputs import DISC_INPUTS
 from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
-
-_PLACES = 30
-_CURVE_DRAWS = 1_000
-"""Draws for a band; its ends lie on a smooth curve."""
 
 
 @dataclass(frozen=True)
@@ -171,18 +169,16 @@ def _body(place: int, draws: MeasuredDraws, best: Column, coefficients: Column) 
 def _curves(asked: Question, draws: MeasuredDraws, best: Column, coefficients: Column) -> list[StudyCurve]:
     """Return what the law gives for the volumes of both bodies along a run."""
     run, problem = draws.run, draws.run.problem
-    places = np.linspace(0.0, 1.0, _PLACES) ** 1.5 * problem.places[-1]
-    some = {name: column[:_CURVE_DRAWS] for name, column in draws.values.items()}
+    places = np.linspace(0.0, 1.0, CURVE_PLACES) ** 1.5 * problem.places[-1]
+    some = {name: column[:CURVE_DRAWS] for name, column in draws.values.items()}
     line = problem.wear(best, problem.values, places)
-    band = problem.wear(coefficients[:_CURVE_DRAWS], some, places)
-    found = []
-    for body, named in problem.wearing.bodies.items():
-        volume = named["wear_volume"]
-        low, high = np.quantile(band[volume], TAILS, axis=0)
-        along = problem.contact.progress.signal
-        who = (run.member.id, asked.law, asked.role, body)
-        found.append(StudyCurve(*who, "wear_volume", along, places, line[volume], low, high))
-    return found
+    band = problem.wear(coefficients[:CURVE_DRAWS], some, places)
+    along = problem.contact.progress.signal
+    volumes = {body: named["wear_volume"] for body, named in problem.wearing.bodies.items()}
+    return [
+        volume_curve(run.member.id, body, asked, along, places, line[volume], band[volume])
+        for body, volume in volumes.items()
+    ]
 
 
 def _life(draws: MeasuredDraws, coefficients: Column, depth: float) -> EndOfLife | None:

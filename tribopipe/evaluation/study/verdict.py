@@ -23,6 +23,7 @@ from tribopipe.base.units import show, show_force, signed
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, between, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.signals import SignalName
 from tribopipe.documents.study import Study
 from tribopipe.physics.laws import law_heading
 from tribopipe.physics.uncertainty import TAILS
@@ -290,6 +291,19 @@ def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
 
 
 _ITERATIONS = 40
+
+
+CURVE_PLACES = 30
+CURVE_DRAWS = 1_000
+"""Draws for a band; its ends lie on a smooth curve."""
+
+
+def volume_curve(
+    run_id: str, body: str, asked: Question, along: SignalName, places: Column, line: Column, band: Column
+) -> StudyCurve:
+    """Return the volume of a body that a law gives along a run, m³, with its 95 % band from draws, (draws, places)."""
+    low, high = np.quantile(band, TAILS, axis=0)
+    return StudyCurve(run_id, asked.law, asked.role, body, "wear_volume", along, places, line, low, high)
 
 
 def end_of_life(depth: float, wanted: Column, effective: Callable[[Column], Column], unit: str) -> EndOfLife | None:

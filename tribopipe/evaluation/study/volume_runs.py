@@ -26,6 +26,8 @@ from tribopipe.evaluation.measurements.specific_wear import with_exact_dimension
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.verdict import (
+    CURVE_DRAWS,
+    CURVE_PLACES,
     DECISIVE,
     Comparison,
     Judgment,
@@ -34,18 +36,14 @@ from tribopipe.evaluation.study.verdict import (
     body_verdict,
     decide,
     end_of_life,
+    volume_curve,
 )
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.uncertainty import TAILS
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
-
-_PLACES = 30
-_CURVE_DRAWS = 1_000
-"""Draws for a band; its ends lie on a smooth curve."""
 
 
 @dataclass(frozen=True)
@@ -210,12 +208,10 @@ def _curve(body: str, draws: VolumeDraws, asked: Question) -> StudyCurve:
     """Return the volume of a body that the law gives along a run."""
     run, problem = draws.run, draws.run.problem
     best, drawn = asked.of(body)
-    places = np.linspace(0.0, problem.slid, _PLACES)
-    some = {name: column[:_CURVE_DRAWS] for name, column in draws.values.items()}
-    band = drawn[:_CURVE_DRAWS, None] * problem.work(some, places)
-    low, high = np.quantile(band, TAILS, axis=0)
-    line, who = best * problem.work(problem.values, places), (run.member.id, asked.law, asked.role, body)
-    return StudyCurve(*who, "wear_volume", run.contact.progress.signal, places, line, low, high)
+    places = np.linspace(0.0, problem.slid, CURVE_PLACES)
+    some = {name: column[:CURVE_DRAWS] for name, column in draws.values.items()}
+    line, band = best * problem.work(problem.values, places), drawn[:CURVE_DRAWS, None] * problem.work(some, places)
+    return volume_curve(run.member.id, body, asked, run.contact.progress.signal, places, line, band)
 
 
 def _life(draws: VolumeDraws, asked: Question, depth: float) -> EndOfLife | None:
