@@ -60,6 +60,16 @@ def test_a_small_curve_goes_from_start_to_end_of_the_wear(lasting):
     assert abs(told["y"][0]) < 1.0
 
 
+@pytest.mark.parametrize("left", [None, b"\x89HDF no more"])
+def test_a_run_gone_or_damaged_has_no_small_curve(archive, client, left):
+    assert client.get("api", "runs", RUN, "sparkline").json["x"]
+    (archive / f"{RUN}.h5").unlink()
+    if left is not None:
+        (archive / f"{RUN}.h5").write_bytes(left)
+    answer = client.get("api", "runs", RUN, "sparkline")
+    assert (answer.status, answer.json) == (200, {"name": "", "x": [], "y": []})
+
+
 def test_a_run_without_plots_has_no_small_curve():
     assert sparkline_answer([]) == {"name": "", "x": [], "y": []}
 

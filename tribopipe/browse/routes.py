@@ -12,6 +12,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
 from tribopipe.archive.hdf5_compression import unpacked
+from tribopipe.base.errors import TribopipeError
 from tribopipe.browse.answers import plot_answer, run_answer, sparkline_answer, study_answer
 from tribopipe.browse.guard import REPORT_POLICY
 from tribopipe.browse.library import Library
@@ -109,7 +110,11 @@ def _add_run(router: APIRouter, library: Library) -> None:
 
     @router.get("/runs/{run_id}/sparkline")
     def sparkline(run_id: str) -> Response:
-        return JsonAnswer(sparkline_answer(run_plots(library.run(run_id))))
+        try:
+            return JsonAnswer(sparkline_answer(run_plots(library.run(run_id))))
+        except (HTTPException, TribopipeError, FileNotFoundError):
+            # The table asks for rows of a moment ago; that a file is gone or damaged, its list of runs says.
+            return JsonAnswer(sparkline_answer([]))
 
     @router.get("/runs/{run_id}/plots/{name}")
     def run_plot(run_id: str, name: str, window: Looked, x: str | None = None) -> Response:
