@@ -315,6 +315,8 @@ def test_an_interval_has_one_power_and_as_many_decimals_for_both_ends(low, high,
 
 
 @given(st.floats(1e-20, 1e9), st.floats(1.001, 1e4))
+@example(0.001, 1.001)
+@example(0.001953125, 1.001953125)
 def test_both_ends_of_an_interval_can_be_read_back(low, ratio):
     high = low * ratio
     written = show_interval(low, high, "1")

@@ -438,13 +438,15 @@ def _rounded_ends(low: float, high: float) -> str:
     spread = (high - low) / _WIDTH_IN_SPREADS
     if not 1e-12 * max(abs(low), abs(high)) < spread < math.inf:
         return f"{_rounded(low)} to {_rounded(high)}"
-    power = _power_for(max(abs(low + high), high - low) / 2)
-    ends = low / 10.0**power, high / 10.0**power
-    digits = max(_decimals(spread / 10.0**power), -math.floor(math.log10(ends[0])) if low > 0 else 0)
-    if digits > _MOST_DECIMALS:
-        return f"{_rounded(low)} to {_rounded(high)}"
-    first, last = (f"{round(end, digits) + 0.0:.{digits}f}" for end in ends)
-    return f"({first} to {last}){_power(power)}" if power else f"{first} to {last}"
+    largest = max(abs(low + high), high - low) / 2
+    # A narrow interval around a small number needs a power of ten that the number alone would not.
+    for power in (_power_for(largest), math.floor(math.log10(largest))):
+        ends = low / 10.0**power, high / 10.0**power
+        digits = max(_decimals(spread / 10.0**power), -math.floor(math.log10(ends[0])) if low > 0 else 0)
+        if digits <= _MOST_DECIMALS:
+            first, last = (f"{round(end, digits) + 0.0:.{digits}f}" for end in ends)
+            return f"({first} to {last}){_power(power)}" if power else f"{first} to {last}"
+    return f"{_rounded(low)} to {_rounded(high)}"
 
 
 def _power_for(largest: float) -> int:
