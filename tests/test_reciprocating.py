@@ -54,9 +54,9 @@ def test_a_ball_stands_for_the_pin_on_a_disc_as_well():
 def test_both_wear_as_published():
     """The check value of a reciprocating ball, L = stroke (mm): 10 N, 400 m, k 2e-8 and 5e-8 mm³/(N·mm)."""
     run = read(to_and_fro())
-    known = {"pin": Quantity(value=2e-14, unit="m^2/N"), "flat": Quantity(value=5e-14, unit="m^2/N")}
+    known = {"ball": Quantity(value=2e-14, unit="m^2/N"), "flat": Quantity(value=5e-14, unit="m^2/N")}
     (point,) = predict_wear(wear_scenario(run, given_wear(run.described, known, Recipe())), [400.0]).prediction
-    assert point.bodies["pin"].wear_depth.value == pytest.approx(0.0893282519e-3, rel=1e-6)
+    assert point.bodies["ball"].wear_depth.value == pytest.approx(0.0893282519e-3, rel=1e-6)
     assert point.bodies["flat"].wear_depth.value == pytest.approx(0.0108507144e-3, rel=1e-6)
     assert point.contact.half_width.value == pytest.approx(0.768789941e-3, rel=1e-6)
     assert point.contact.half_length.value == pytest.approx(0.726629187e-3, rel=1e-6)
@@ -84,7 +84,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
     ball, groove = strokes(4000, ratio, stroke, radius)
     run = read(to_and_fro())
     k = 1e-14
-    known = {"pin": Quantity(value=k, unit="m^2/N"), "flat": Quantity(value=ratio * k, unit="m^2/N")}
+    known = {"ball": Quantity(value=k, unit="m^2/N"), "flat": Quantity(value=ratio * k, unit="m^2/N")}
     scenario = wear_scenario(run, given_wear(run.described, known, Recipe()))
     place = scenario.place_at(ball)
     (point,) = predict_wear(scenario, [float(place)]).prediction
@@ -101,15 +101,15 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": STEEL, "flat": STEEL}},
-            r"contact: ball\.diameter: missing",
+            r"contact\.ball\.diameter: missing",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6", **STEEL}, "flat": STEEL}},
-            r"contact: ball\.diameter: found",
+            r"contact\.ball\.diameter: found",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
-            r"contact: ball\.radius: found a key that does not apply to a ball",
+            r"contact\.ball: found radius, a key that does not apply to a ball",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},

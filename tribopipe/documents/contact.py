@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Field, model_validator
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.errors import UnitError
 from tribopipe.base.units import show
-from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, read_quantity, scaled
+from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, scaled
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
 from tribopipe.physics.hertz import contact_modulus
@@ -348,11 +347,6 @@ class SlidingPin(Contact):
     track_key: ClassVar[str | None] = None
     """Key of run.toml that determines the track radius; None if the conditions state it."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _a_ball_is_a_spherical_pin(cls, contact: Any) -> Any:
-        return _with_ball_as_pin(contact) if "pin" in cls.model_fields and isinstance(contact, Mapping) else contact
-
     @property
     def counterbody(self) -> Specimen:
         """The body that the pin rubs on."""
@@ -529,24 +523,52 @@ class SlidingPin(Contact):
         return text
 
 
-def _with_ball_as_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return [contact] with a ball of some diameter as a spherical pin of half of it."""
-    ball = contact.get("ball")
-    if not isinstance(ball, Mapping):
-        return contact
-    if "pin" in contact:
-        raise ValueError("ball: found a ball in addition to a pin; expected only one of the two; remove the other")
-    if "diameter" not in ball:
-        raise ValueError('ball.diameter: missing; add diameter = "6 mm" or the like')
-    for key in ("shape", "radius", "flat_radius"):
-        if key in ball:
+class Ball(Specimen):
+    """A ball."""
+
+    diameter: Length
+    """Diameter of the ball."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _described_by_its_diameter(cls, ball: Any) -> Any:
+        key = next((key for key in ("shape", "radius", "flat_radius") if isinstance(ball, Mapping) and key in ball), "")
+        if key:
             raise ValueError(
-                f"ball.{key}: found a key that does not apply to a ball; expected diameter; remove {key}, or use "
+                f"found {key}, a key that does not apply to a ball; expected diameter; remove {key}, or use "
                 "[contact.pin]"
             )
-    try:
-        radius = scaled(read_quantity(ball["diameter"], "length"), 0.5)
-    except (UnitError, ValueError) as error:
-        raise ValueError(f"ball.diameter: {error}") from error
-    pin = {"shape": "spherical", "radius": radius, **ball}
-    return {**{key: value for key, value in contact.items() if key != "ball"}, "pin": pin}
+        return ball
+
+
+class SlidingBall(SlidingPin):
+    """A sliding pin that is a ball, described by its diameter."""
+
+    ball: Ball
+    """The ball."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("ball", "disc")
+    fitted_bodies: ClassVar[tuple[str, ...]] = ("ball",)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _instead_of_a_pin(cls, contact: Any) -> Any:
+        if isinstance(contact, Mapping) and "pin" in contact:
+            raise ValueError("ball: found a ball in addition to a pin; expected only one of the two; remove the other")
+        return contact
+
+    @property
+    def pin(self) -> Pin:
+        """The ball as a pin."""
+        stated = {name: getattr(self.ball, name) for name in Specimen.model_fields}
+        return Pin(shape="spherical", radius=scaled(self.ball.diameter, 0.5), **stated)
+
+    @property
+    def inputs(self) -> dict[str, Quantity]:
+        """Diameter of the ball, and the moduli, by their keys."""
+        return {"ball.diameter": self.ball.diameter, **self.moduli}
+
+    def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:
+        """Return a copy of the contact with other bodies."""
+        ball = {"diameter": scaled(pin.radius, 2.0), "youngs_modulus": pin.youngs_modulus}
+        return self.model_copy(update={"ball": self.ball.model_copy(update=ball), self.counterbody_name(): counterbody})

@@ -14,7 +14,7 @@ from tribopipe.base.plugins import Plugins
 from tribopipe.documents.block_on_ring import BlockOnRing
 from tribopipe.documents.contact import Contact, SlidingPin, Specimen
 from tribopipe.documents.four_ball import FourBall
-from tribopipe.documents.pin_on_flat import PinOnDisc, Reciprocating
+from tribopipe.documents.pin_on_flat import BallOnDisc, PinOnDisc, Reciprocating, ReciprocatingBall
 from tribopipe.documents.twin_disc import TwinDisc
 
 Answer = TypeVar("Answer")
@@ -34,6 +34,8 @@ def kind_of(contact: type[Contact]) -> str:
 
 SHIPPED: dict[str, type[Contact]] = {kind_of(contact): contact for contact in _SHIPPED}
 """tribopipe's own kinds of contact by their names in run.toml."""
+WITH_BALL: dict[str, type[Contact]] = {kind_of(contact): contact for contact in (BallOnDisc, ReciprocatingBall)}
+"""Those kinds whose pin may be a ball instead, with the ball."""
 
 
 def _load(entry: EntryPoint) -> type[Contact]:
@@ -63,11 +65,25 @@ def contacts() -> dict[str, type[Contact]]:
     return SHIPPED | dict(ADDED)
 
 
+def variants(kind: str | None) -> tuple[type[Contact], ...]:
+    """Return the classes of a kind that is installed: with a pin, and with a ball instead; none without a kind."""
+    named = (contact_named(kind), None if kind is None else WITH_BALL.get(kind))
+    return tuple(one for one in named if one is not None)
+
+
 def contact_named(kind: object) -> type[Contact] | None:
     """Return the class of a kind; none of a kind that is not installed."""
     if not isinstance(kind, str):
         return None
     return SHIPPED.get(kind) or ADDED.get(kind)
+
+
+def contact_described(contact: Any) -> type[Contact] | None:
+    """Return the class of a contact, as run.toml describes it or as it was read; none of a kind that is unknown."""
+    written = contact if isinstance(contact, Mapping) else {}
+    kind = written.get("kind", getattr(contact, "kind", None))
+    has_ball = isinstance(kind, str) and ("ball" in written or hasattr(contact, "ball"))
+    return (WITH_BALL.get(kind) if has_ball else None) or contact_named(kind)
 
 
 def spoken(name: str) -> str:
@@ -96,7 +112,7 @@ class _OfItsKind:
             if isinstance(written, source):
                 return written
             if isinstance(kind, str):
-                return _of_family(source, kind).model_validate(written, context=info.context)
+                return _of_family(source, written).model_validate(written, context=info.context)
             return cast(Contact, own(written))
 
         anything = core_schema.simple_ser_schema("any")
@@ -105,9 +121,9 @@ class _OfItsKind:
         )
 
 
-def _of_family(family: type[Contact], kind: str) -> type[Contact]:
-    """Return the class of a kind. Raises ``ValueError`` where none of the family is installed by that name."""
-    contact = contact_named(kind)
+def _of_family(family: type[Contact], written: Mapping[str, Any]) -> type[Contact]:
+    """Return the class of a contact. Raises ``ValueError`` where none of the family is installed by its kind."""
+    contact = contact_described(written)
     if contact is None or not issubclass(contact, family):
         known = [name for name, other in contacts().items() if issubclass(other, family)]
         raise PydanticCustomError(

@@ -18,8 +18,8 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import model_validator
 
 from tribopipe.base.errors import UnitError
-from tribopipe.documents.contact import Pin, SlidingPin, Specimen, Tip
-from tribopipe.documents.quantity import Length, Quantity, read_quantity, scaled
+from tribopipe.documents.contact import Ball, Pin, SlidingBall, Specimen, Tip
+from tribopipe.documents.quantity import Quantity, read_quantity, scaled
 
 _SAME = 1e-3
 """Relative difference of diameters up to which balls count as equal."""
@@ -27,14 +27,7 @@ _GRADE = 1e-4
 """Relative standard uncertainty of a diameter that states none: bearing balls are made to less."""
 
 
-class Ball(Specimen):
-    """A ball."""
-
-    diameter: Length
-    """Diameter of the ball."""
-
-
-class FourBall(SlidingPin):
+class FourBall(SlidingBall):
     """Three balls that stand still, and one that rotates on them."""
 
     kind: Literal["four-ball"]
@@ -45,7 +38,6 @@ class FourBall(SlidingPin):
     """The rotating ball; default: same as the others."""
 
     body_names: ClassVar[tuple[str, ...]] = ("ball", "top_ball")
-    fitted_bodies: ClassVar[tuple[str, ...]] = ("ball",)
     both: ClassVar[str] = "ball + top ball"
     title: ClassVar[str] = "a ball that rotates on three others"
     standard: ClassVar[str] = "d4172"
@@ -75,12 +67,6 @@ class FourBall(SlidingPin):
         return self
 
     @property
-    def pin(self) -> Pin:
-        """One of the balls that stand still, as a pin."""
-        stated = {name: getattr(self.ball, name) for name in Specimen.model_fields}
-        return Pin(shape="spherical", radius=scaled(self.ball.diameter, 0.5), **stated)
-
-    @property
     def equivalent_pin(self) -> Pin:
         """The pin of the radius R/2."""
         return self.pin.model_copy(update={"radius": scaled(self.ball.diameter, 0.25)})
@@ -88,11 +74,6 @@ class FourBall(SlidingPin):
     def friction_arm(self, _: float | None, /) -> float:
         """Return R/√2, m, so that the force over the load applied is μ."""
         return self.ball.diameter.value / (2 * math.sqrt(2))
-
-    @property
-    def inputs(self) -> dict[str, Quantity]:
-        """Diameter of the balls, and the moduli, by their keys."""
-        return {"ball.diameter": self.ball.diameter, **self.moduli}
 
     @property
     def alike(self) -> dict[str, object]:

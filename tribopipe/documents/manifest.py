@@ -22,7 +22,7 @@ from pydantic import (
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
 from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact, Progress, SlidingPin, Specimen, Tip
-from tribopipe.documents.contact_kinds import AnyContact, contact_named, contacts
+from tribopipe.documents.contact_kinds import AnyContact, contact_described, contact_named, contacts
 from tribopipe.documents.quantity import (
     Distance,
     EndValue,
@@ -647,9 +647,7 @@ def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
 
 def _contact_of(document: Any) -> type[Contact] | None:
     """Return the class of the contact that a run.toml describes, as far as it can be determined."""
-    contact = document.get("contact") if isinstance(document, Mapping) else None
-    kind = contact.get("kind") if isinstance(contact, Mapping) else getattr(contact, "kind", None)
-    return contact_named(kind)
+    return contact_described(document.get("contact")) if isinstance(document, Mapping) else None
 
 
 def unknown_kind(document: Any) -> str | None:

@@ -6,7 +6,7 @@ The counterbody is a disc that rotates or reciprocates (ASTM G99), or a flat on 
 
 from typing import Any, ClassVar, Literal
 
-from tribopipe.documents.contact import Pin, SlidingPin, Specimen
+from tribopipe.documents.contact import Ball, Pin, SlidingBall, SlidingPin, Specimen
 
 
 class PinOnDisc(SlidingPin):
@@ -23,19 +23,23 @@ class PinOnDisc(SlidingPin):
     title: ClassVar[str] = "a pin on a disc"
 
 
-class Reciprocating(SlidingPin):
-    """A pin or ball that slides back and forth on a flat."""
+class BallOnDisc(SlidingBall):
+    """A ball pressed on a rotating disc."""
 
-    kind: Literal["reciprocating"]
+    kind: Literal["pin-on-disc"]
     """Type of tribometer."""
-    pin: Pin
-    """The pin, or as [contact.ball] with its diameter a ball."""
-    flat: Specimen
-    """The flat."""
+    ball: Ball
+    """The ball."""
+    disc: Specimen
+    """The disc."""
 
-    body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
-    both: ClassVar[str] = "pin + flat"
-    title: ClassVar[str] = "a pin reciprocating on a flat"
+    both: ClassVar[str] = "ball + disc"
+    title: ClassVar[str] = "a ball on a disc"
+
+
+class _OnFlat(SlidingPin):
+    """Sliding back and forth on a flat."""
+
     standard: ClassVar[str] = "g133"
     needed_conditions: ClassVar[tuple[str, ...]] = ("stroke",)
 
@@ -54,3 +58,33 @@ class Reciprocating(SlidingPin):
                 "flat; add "
                 'stroke = "10 mm" or the like'
             )
+
+
+class Reciprocating(_OnFlat):
+    """A pin that slides back and forth on a flat."""
+
+    kind: Literal["reciprocating"]
+    """Type of tribometer."""
+    pin: Pin
+    """The pin."""
+    flat: Specimen
+    """The flat."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("pin", "flat")
+    both: ClassVar[str] = "pin + flat"
+    title: ClassVar[str] = "a pin reciprocating on a flat"
+
+
+class ReciprocatingBall(_OnFlat, SlidingBall):
+    """A ball that slides back and forth on a flat."""
+
+    kind: Literal["reciprocating"]
+    """Type of tribometer."""
+    ball: Ball
+    """The ball."""
+    flat: Specimen
+    """The flat."""
+
+    body_names: ClassVar[tuple[str, ...]] = ("ball", "flat")
+    both: ClassVar[str] = "ball + flat"
+    title: ClassVar[str] = "a ball reciprocating on a flat"

@@ -25,7 +25,7 @@ from tribopipe.archive.formats import RUN_FORMAT, STUDY, STUDY_FORMAT, run_name
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
 from tribopipe.documents.contact import SLIDING, Specimen
-from tribopipe.documents.contact_kinds import contacts
+from tribopipe.documents.contact_kinds import contacts, variants
 from tribopipe.documents.manifest import Conditions, EndValues, foreign_keys
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SENSED, SIGNALS
@@ -85,13 +85,14 @@ def _instrument() -> GroupPart:
 
 
 def _bodies(tribometer: str | None) -> Iterator[GroupPart]:
-    described = {} if tribometer is None else contacts()[tribometer].model_fields
-    for name, told in described.items():
+    fields = [one.model_fields for one in variants(tribometer)]
+    for name, told in {name: told for one in fields for name, told in one.items()}.items():
         if isinstance(told.annotation, type) and issubclass(told.annotation, Specimen):
-            fields = tuple(shown_fields(told.annotation))
-            properties = GroupPart("properties", "NXcollection", "Material, shape and surface.", fields, required=True)
+            own = tuple(shown_fields(told.annotation))
+            properties = GroupPart("properties", "NXcollection", "Material, shape and surface.", own, required=True)
             members = (text("name", "Material and body."), properties)
-            yield GroupPart(name, "NXsample", told.description or "", members, required=True)
+            always = all(name in one for one in fields)
+            yield GroupPart(name, "NXsample", told.description or "", members, required=always)
 
 
 def _stated(name: str, record: type[Record], doc: str, tribometer: str | None) -> GroupPart:
@@ -202,7 +203,7 @@ def _own(record: type[Record], tribometer: str | None) -> tuple[FieldPart, ...]:
     shown = shown_fields(record)
     if tribometer is None:
         return tuple(shown)
-    own = {*contacts()[tribometer].body_names, *contacts()[tribometer].roles}
+    own = {name for one in variants(tribometer) for name in (*one.body_names, *one.roles)}
     return tuple(part for part in shown if _body_of(part.name) in (None, *own))
 
 

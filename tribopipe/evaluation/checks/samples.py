@@ -544,10 +544,12 @@ def _misread_size(run: RawRun, rise: float) -> str:
     contact = run.manifest.sliding_pin
     twice = scar.model_copy(update={"value": 2 * scar.value})
     halved = pin.radius.model_copy(update={"value": pin.radius.value / 2})
-    pin = pin.model_copy(update={"radius": halved})
+    resized = contact.with_bodies(pin.model_copy(update={"radius": halved}), contact.counterbody)
+    size = next(iter(contact.inputs))
+    twice_as_large = "a diameter" if size.endswith("radius") else "twice the diameter"
     others: dict[str, dict[str, object]] = {
         "pin_scar_diameter is not a radius: twice": {"end_values": end.model_copy(update={"pin_scar_diameter": twice})},
-        "contact.pin.radius is not a diameter: half": {"contact": contact.model_copy(update={"pin": pin})},
+        f"contact.{size} is not {twice_as_large}: half": {"contact": resized},
     }
     for words, changes in others.items():
         total = _lost(replace(run, manifest=run.manifest.model_copy(update=changes)))
