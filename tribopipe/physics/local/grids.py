@@ -114,7 +114,7 @@ class PinGrid(_Grid):
             for places, (begin, end) in zip(self.places, self._ends(contact.pressure), strict=True)
         )
         inner = np.hypot(across[:, None], along) < _INNER
-        return max(_oscillation(contact.pressure, inner), _oscillation(contact.pressure.T, inner.T))
+        return max(oscillation(contact.pressure, inner), oscillation(contact.pressure.T, inner.T))
 
     @property
     def _exposed(self) -> float:
@@ -152,7 +152,7 @@ class DiscTrack(_Grid):
     def roughness(self, contact: Contact) -> float:
         """Return the oscillation of ∫p dz in the inner part of the track, relative to its mean."""
         across, _ = self.places
-        return _oscillation(self._line_load(contact.pressure), across < _INNER * self.extent(contact).half_width)
+        return oscillation(self._line_load(contact.pressure), across < _INNER * self.extent(contact).half_width)
 
     @property
     def _exposed(self) -> Column:
@@ -255,7 +255,7 @@ def _end(places: Column, step: float, pressure: Column) -> float:
     return float(places[last] + beyond * step)
 
 
-def _oscillation(pressure: Column, inner: NDArray[np.bool_]) -> float:
+def oscillation(pressure: Column, inner: NDArray[np.bool_]) -> float:
     """Return the amplitude of a checkerboard in the pressure inside, relative to its mean.
 
     That is half of the root mean square by which it departs from the mean of its neighbors along the first axis.
