@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ContactError
+from tribopipe.physics.elastic_start import too_deep
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.course import wear
@@ -95,6 +96,21 @@ def test_deep_wear_is_that_of_rigid_bodies(ratio, distance):
     assert found.groove_depth == pytest.approx(rigid.groove_depth, rel=1e-3)
     assert found.half_width == pytest.approx(rigid.half_width, rel=1e-3)
     assert found.half_length == pytest.approx(rigid.half_length, rel=3e-3)
+
+
+@pytest.mark.parametrize("track_share", [0.01, 1.0, 10.0, 100.0])
+@pytest.mark.parametrize("depth", [1.0, 3.0, 10.0])
+def test_rigid_bodies_wear_too_deep_by_what_is_estimated(track_share, depth):
+    start = hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS)
+    pin = depth * start**2 / RADIUS / (1 + 4 / 3 * track_share)
+    ratio = track_share / TIP.half_width_at(pin)
+    rigid = TIP.at_depths(pin, ratio * TIP.middle_slice(pin))
+    amount = float(rigid.pin_volume) / LOAD
+    surface = pin_on_track(**{**BALL, "track_ratio": float(ratio), "amount": amount})
+    found = wear_pin_and_track(surface, amount)
+    more = too_deep(half_width=rigid.half_width, half_length=rigid.half_length, hertz_radius=start)
+    assert rigid.pin_depth / (1 + more.pin) == pytest.approx(found.pin_depth, rel=0.02)
+    assert rigid.groove_depth / (1 + more.groove) == pytest.approx(found.groove_depth, rel=0.015)
 
 
 @settings(max_examples=8, deadline=None)

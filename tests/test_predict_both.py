@@ -235,6 +235,24 @@ def test_a_coating_that_is_worn_through_is_warned_of(manifest):
     assert not any("coating" in note for note in shallow)
 
 
+def elastic(prediction):
+    return [note for note in prediction.notes if "elastic deformation is neglected" in note]
+
+
+def test_a_scar_as_small_as_the_elastic_contact_is_warned_of(manifest):
+    # By local wear, these depths are 12 and 6 % less after 0.01 m, and 1.2 and 0.5 % after 0.15 m.
+    (early,) = elastic(predict_wear(scenario(manifest), [0.01]))
+    assert early.startswith("warning: found a contact 26.06 µm wide and 25.54 µm long after wear, and 18.08 µm before")
+    assert "overestimates the wear depth of the pin by about 13 % and of the disc by about 6 %" in early
+    assert not elastic(predict_wear(scenario(manifest), [0.15]))
+    (groove,) = elastic(predict_wear(scenario(manifest, pin=0.0), [0.01]))
+    assert "the wear depth of the disc by about" in groove
+    assert not elastic(predict_wear(scenario(manifest, pin=0.0), [500.0]))
+    truncated = manifest.contact.pin.model_copy(update={"flat_radius": Quantity(value=1e-5, unit="m")})
+    contact = manifest.contact.model_copy(update={"pin": truncated})
+    assert not elastic(predict_wear(scenario(manifest.model_copy(update={"contact": contact})), [0.01]))
+
+
 def test_published_scheme_is_refused(manifest):
     with pytest.raises(ContactError, match="published scheme"):
         predict_wear(scenario(manifest), [500.0], scheme="published")

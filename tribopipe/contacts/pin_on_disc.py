@@ -3,8 +3,8 @@
 A pin alone wears by an engine (tribopipe.physics.pin_on_disc).
 
 Where both wear, each body loses V = k·F_N·S, and the shape of both follows from these volumes
-(tribopipe.physics.pin_on_track). No elasticity enters: local wear keeps to these volumes once the bodies have worn by
-more than they approach elastically.
+(tribopipe.physics.pin_on_track). No elasticity enters: local wear removes the same volumes, and has the same shape once
+the pin is worn three times as deep as the elastic approach (tribopipe.physics.elastic_start).
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,6 +22,8 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.elastic_start import too_deep
+from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.sphere import LocalSphere
 from tribopipe.physics.pin_on_disc import (
     BlockOnCylinder,
@@ -178,6 +180,8 @@ _SAME = 1e-6
 _POINT = 1e-9
 """Length of a scar over the radius of its pin where rigid bodies touch in a line: none would make pressure infinite."""
 _MOST_PLACES = 200
+_ELASTIC = 0.02
+"""Share by which a wear depth without elastic deformation may be too large."""
 
 
 @dataclass(frozen=True)
@@ -304,9 +308,9 @@ class PinAndTrackWear:
     def start(self, _: Values, /) -> None:
         """Return nothing: rigid bodies begin in a point."""
 
-    def notes(self, _: Values, last: State | None, /) -> tuple[str, ...]:
-        """Return what the contact assumes, and where a coating is worn through, or the track too short for it."""
-        yielded = () if last is None else (*self._through(last), *self._short(last))
+    def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
+        """Return what the contact assumes; worn coatings, a track too short for it, and a scar too small for it."""
+        yielded = () if last is None else (*self._through(last), *self._short(last), *self._elastic(values, last))
         return *self.contact.limits, "wear volume of each body: k_D·F_N·s", *yielded
 
     def _through(self, last: State) -> Iterator[str]:
@@ -326,6 +330,30 @@ class PinAndTrackWear:
             f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the wear track "
             f"{self.path.shown('mm')}, so that parts of the track never leave the contact; expected a track longer "
             "than the contact; use the wear volumes, which remain valid, not the wear depths"
+        )
+
+    def _elastic(self, values: Values, last: State) -> Iterator[str]:
+        """Warn of wear depths of a ball and its track that elastic deformation changes."""
+        if self.contact.pin.line or self.contact.flat_end:
+            return
+        load, radius = values["normal_load"], values["pin_radius"]
+        start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=self.contact.reduced_modulus()))
+        width, length = float(last["half_width"]), float(last["half_length"])
+        excess = too_deep(half_width=width, half_length=length, hertz_radius=start)
+        depths = last["wear_depth"], last["track_depth"]
+        worn = {
+            name: float(share)
+            for name, share, depth in zip(self.contact.body_names, excess, depths, strict=True)
+            if depth > 0
+        }
+        if not any(share > _ELASTIC for share in worn.values()):
+            return
+        by = " and ".join(f"of the {name} by about {100 * share:.0f} %" for name, share in worn.items())
+        yield (
+            f"warning: found a contact {show(2 * width, None, 'm', 'um')} wide and {show(2 * length, None, 'm', 'um')} "
+            f"long after wear, and {show(2 * start, None, 'm', 'um')} before; expected a larger scar, because elastic "
+            f"deformation is neglected, which overestimates the wear depth {by}; use the wear volumes, which remain "
+            "valid"
         )
 
 
