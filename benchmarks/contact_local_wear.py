@@ -1,0 +1,192 @@
+"""Wear of a ball and its track by rigid bodies, as in the engine `volume`, compared with local wear of both bodies.
+
+    python benchmarks/contact_local_wear.py --write docs/results/contact_local_wear.md
+
+Both remove the same volumes; they differ in the shape of scar and groove. Local wear solves an elastic contact at every
+point after every step. D is the wear depth of both bodies together, δ₀ the elastic approach of the unworn contact, and
+κb the share of the track: κ = k_2/(k_1·L), b the half length of the scar of rigid bodies.
+"""
+
+import argparse
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from labs import Report, arguments
+
+from tribopipe.physics.elastic_start import too_deep
+from tribopipe.physics.hertz import hertz_ellipse
+from tribopipe.physics.local.track import pin_on_track, wear_pin_and_track
+from tribopipe.physics.pin_on_track import SphereOnTrack
+
+LOAD, RADIUS, MODULUS, COEFFICIENT = 0.2, 0.794e-3, 161.3e9, 1.35e-14
+PATH = 2 * np.pi * 4e-3
+BALL = SphereOnTrack(RADIUS)
+HERTZ = hertz_ellipse(normal_load=LOAD, radius_x=RADIUS, radius_z=RADIUS, modulus=MODULUS)
+PAPER = [(ratio, distance) for ratio in (0, 10, 300) for distance in (0.1, 1.0, 10.0, 500.0)]
+TRACK_SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)
+DEPTHS = (1.0, 3.0, 10.0, 100.0)
+CLOSE = 2.0
+"""Deviation, %, within which rigid bodies agree."""
+QUANTITIES = ("pin depth", "groove depth", "scar half width", "scar half length")
+
+
+class Case(NamedTuple):
+    """Wear of one ball and its track."""
+
+    track_ratio: float
+    """κ, 1/m."""
+    amount: float
+    """k_1·S, m²/N."""
+
+    def local(self, cells: int, steps: int) -> list[float]:
+        """Return the ``QUANTITIES`` by local wear, m, on a quarter of so many cells squared."""
+        surface = pin_on_track(
+            normal_load=LOAD,
+            modulus=MODULUS,
+            radius=RADIUS,
+            track_ratio=self.track_ratio,
+            amount=self.amount,
+            cells=(cells, cells),
+        )
+        worn = wear_pin_and_track(surface, self.amount, steps_per_decade=steps)
+        return [worn.pin_depth, worn.groove_depth, worn.half_width, worn.half_length]
+
+    def rigid(self) -> list[float]:
+        """Return them by rigid bodies."""
+        volume = self.amount * LOAD
+        worn = BALL.worn(volume, self.track_ratio * volume)
+        return [float(one) for one in (worn.pin_depth, worn.groove_depth, worn.half_width, worn.half_length)]
+
+    def estimated(self) -> list[float]:
+        """Return by how much the depths of rigid bodies are estimated to be too large, %."""
+        _, _, half_width, half_length = self.rigid()
+        return [
+            100 * float(share)
+            for share in too_deep(half_width=half_width, half_length=half_length, hertz_radius=HERTZ.half_width)
+        ]
+
+    def deviations(self, options: argparse.Namespace) -> list[float]:
+        """Return by how much rigid bodies are above local wear, %."""
+        return self.above(self.local(options.cells, options.steps))
+
+    def above(self, local: list[float]) -> list[float]:
+        """Return by how much rigid bodies are above what was computed, %; 0 for a groove that there is not."""
+        return [100 * (rigid / one - 1) if one else 0.0 for rigid, one in zip(self.rigid(), local, strict=True)]
+
+
+def case_of(track_share: float, depth: float) -> Case:
+    """Return the wear for which rigid bodies have this κb, and D in δ₀, to the accuracy of a paraboloid."""
+    pin = depth * HERTZ.approach / (1 + 4 / 3 * track_share)
+    ratio = track_share / float(BALL.half_width_at(pin))
+    worn = BALL.at_depths(pin, ratio * BALL.middle_slice(pin))
+    return Case(ratio, float(worn.pin_volume) / LOAD)
+
+
+def percents(deviations: list[float]) -> Iterator[str]:
+    """Write deviations."""
+    return (f"{one:+.2f} %" for one in deviations)
+
+
+def paper(report: Report, options: argparse.Namespace) -> None:
+    """Compare wear of the paper's ball on tracks that wear more and more."""
+    report.say(
+        f"## Si₃N₄, 0.2 N, R {1e3 * RADIUS:g} mm, track radius 4 mm, k₁ 1.35·10⁻⁸ mm²/N\n\nLocal wear, in µm, and by "
+        "how much rigid bodies are above it."
+    )
+    rows = []
+    for ratio, distance in PAPER:
+        case = Case(ratio / PATH, COEFFICIENT * distance)
+        local = case.local(options.cells, options.steps)
+        both = zip((f"{1e6 * one:.5g}" for one in local), percents(case.above(local)), strict=True)
+        rows.append([f"{ratio:g}", f"{distance:g} m", *(cell for pair in both for cell in pair)])
+    head = [cell for name in QUANTITIES for cell in (name, "rigid")]
+    report.table(["k₂/k₁", "s", *head], rows)
+
+
+def cases(report: Report, options: argparse.Namespace) -> None:
+    """Compare 20 cases from a track that hardly wears to a ball that hardly wears."""
+    report.say(
+        "## By how much rigid bodies are above local wear, from one elastic approach of wear on\n\nEst.: as "
+        "`tribopipe.physics.elastic_start` estimates it, which predictions warn of."
+    )
+    rows, beyond = [], []
+    for share in TRACK_SHARES:
+        for depth in DEPTHS:
+            alone = depth / (1 + 4 / 3 * share)
+            case = case_of(share, depth)
+            deviations = case.deviations(options)
+            rows.append([f"{share:g}", f"{depth:g}", f"{alone:.3g}", *percents([*deviations, *case.estimated()])])
+            if max(map(abs, deviations)) > CLOSE:
+                beyond.append(alone)
+    report.table(["κb", "D/δ₀", "pin depth/δ₀", *QUANTITIES, "pin depth, est.", "groove depth, est."], rows)
+    report.say(
+        f"All four are within {CLOSE:g} % in {len(rows) - len(beyond)} of {len(rows)} cases. In the others, the pin is "
+        f"worn by at most {max(beyond):.2g} δ₀."
+    )
+
+
+def limits(report: Report, options: argparse.Namespace) -> None:
+    """Find the wear from which on rigid bodies agree."""
+    report.say(
+        f"## Wear from which on rigid bodies agree with local wear within {CLOSE:g} %\n\nD/δ₀ for each quantity, and "
+        "the wear depth of the pin alone, in δ₀, from which on both its depth and the length of its scar agree."
+    )
+    depths = np.geomspace(1.0, 100.0, options.depths)
+    rows = []
+    for share in TRACK_SHARES:
+        off = np.abs([case_of(share, depth).deviations(options) for depth in depths])
+        starts = [agreeing(depths, column) for column in off.T]
+        pin = max(starts[0], starts[3]) / (1 + 4 / 3 * share)
+        rows.append([f"{share:g}", *(f"{start:.2g}" for start in starts), f"{pin:.2g}"])
+    report.table(["κb", *QUANTITIES, "pin depth/δ₀"], rows)
+
+
+def agreeing(depths: np.ndarray, off: np.ndarray) -> float:
+    """Return the depth from which on deviations are small, between the depths that were computed; they fall."""
+    beyond = np.flatnonzero(off > CLOSE)
+    if not beyond.size:
+        return float(depths[0])
+    place = int(beyond[-1])
+    if place + 1 == len(depths):
+        return float("inf")
+    two = slice(place, place + 2)
+    return float(np.exp(np.interp(-np.log(CLOSE), -np.log(off[two]), np.log(depths[two]))))
+
+
+def convergence(report: Report, options: argparse.Namespace) -> None:
+    """Show how local wear settles with grid and steps."""
+    report.say("## Convergence of local wear: pin depth, groove depth, half width, half length in µm")
+    grids = [(options.cells // 2, 16), (options.cells, 16), (2 * options.cells, 16)]
+    settings = [*grids, *((options.cells, steps) for steps in (8, 12, 32))]
+    rows = []
+    for cells, steps in settings:
+        found = [case_of(share, depth).local(cells, steps) for share, depth in ((0.1, 1.0), (1.0, 10.0), (100.0, 10.0))]
+        written = [" · ".join(f"{1e6 * one:.4g}" for one in case) for case in found]
+        rows.append([f"{2 * cells} × {2 * cells}", str(steps), *written])
+    report.table(["grid", "steps per decade", "κb 0.1, D/δ₀ 1", "κb 1, D/δ₀ 10", "κb 100, D/δ₀ 10"], rows)
+
+
+def main() -> None:
+    """Compare rigid bodies with local wear."""
+    parser = arguments(__doc__ or "")
+    parser.add_argument("--cells", type=int, default=64, help="points of a quarter, each way (%(default)s)")
+    parser.add_argument("--steps", type=int, default=16, help="steps per decade (%(default)s)")
+    parser.add_argument("--depths", type=int, default=25, help="wear depths on the way to agreement (%(default)s)")
+    options = parser.parse_args()
+    report = Report("Rigid wear of a ball and its track, and local wear", options)
+    report.say(
+        "Rigid bodies and local wear have lost the same volumes. D is the wear depth of pin and track together, δ₀ the "
+        "elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half length of the scar. Local wear is computed "
+        f"on {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; each case has a "
+        "grid that reaches beyond its scar and beyond the Hertzian contact."
+    )
+    paper(report, options)
+    cases(report, options)
+    limits(report, options)
+    convergence(report, options)
+    report.finish()
+
+
+if __name__ == "__main__":
+    main()
