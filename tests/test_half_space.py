@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -110,6 +110,8 @@ ROUGH = SHAPES.flatmap(lambda shape: arrays(float, shape, elements=st.floats(0, 
     amount=st.floats(0, 1e3),
     disc=st.booleans(),
 )
+@example(gap=np.ones((3, 7)), load=1e-6, length=7.0, amount=0.0, disc=True)
+@example(gap=np.ones((3, 3)), load=1e-6, length=7.75, amount=0.0, disc=True)
 def test_what_is_found_is_a_contact(gap, load, length, amount, disc):
     space = (MirroredHalfSpace if disc else HalfSpace)(1.0, (1.0, length), gap.shape)
     spectrum = space.compliance + amount * (space.streamlines if disc else 1.0)

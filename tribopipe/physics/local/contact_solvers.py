@@ -155,6 +155,9 @@ def solve_by_conjugate_gradients(
     ``displacement`` is linear, symmetric and positive definite; a gap may be infinite where there is nothing to touch.
     ``start`` is a pressure to begin from. Raises ``ContactError`` where the search does not end.
     """
+    # Counted from the lowest point, a load that closes far less than the gap is not lost in rounding.
+    lowest = float(gap.min())
+    gap = gap - lowest
     pressure = _carrying(load / cell, np.isfinite(gap).astype(float) if start is None else start)
     inside, distance = pressure > 0, gap + displacement(pressure)
     direction, last = np.zeros_like(gap), np.inf
@@ -162,8 +165,8 @@ def solve_by_conjugate_gradients(
         approach = float(distance[inside].mean())
         apart = distance - approach
         uneven, overlap = float(np.abs(apart[inside]).max()), -float(apart.min(where=~inside, initial=0.0))
-        if max(uneven, overlap) <= _CONVERGED * (approach - gap.min()):
-            return Contact(_carrying(load / cell, pressure), approach)
+        if max(uneven, overlap) <= _CONVERGED * approach:
+            return Contact(_carrying(load / cell, pressure), approach + lowest)
         if uneven < overlap:
             inside, last = inside | (apart < 0), np.inf
             continue
