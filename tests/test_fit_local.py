@@ -129,6 +129,14 @@ def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
     assert "local" not in str(giwm)
 
 
+def test_a_rigid_ball_worn_too_deep_is_warned_of():
+    rigid, local = (predict_wear(scenario(engine), [20.0]) for engine in ("volume", "local"))
+    over = rigid.prediction[0].contact.approach.value / local.prediction[0].contact.approach.value - 1
+    (warned,) = (note for note in rigid.notes if "elastic deformation is neglected" in note)
+    assert float(warned.partition("of the pin by about ")[2].split()[0]) / 100 == pytest.approx(over, abs=0.02)
+    assert not any("elastic" in note for note in local.notes)
+
+
 def test_distance_to_a_depth_is_as_uncertain_as_the_local_rate_has_it():
     known = scenario("local")
     known = replace(known, known=KnownWear({"pin": Quantity(value=7.5e-18, unit="m^2/N")}, "local"))

@@ -115,9 +115,11 @@ class PinWear:
     def start(self, _: Values, /) -> None:
         """Return nothing: the published scheme starts without wear."""
 
-    def notes(self, _: Values, __: State | None, /) -> tuple[str, ...]:
-        """Return what the contact assumes; a tip that is worn away is refused."""
-        return self.contact.limits
+    def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
+        """Return what the contact assumes, and a scar too small for a rigid one; a tip that is worn away is refused."""
+        if self.engine != "volume" or last is None:
+            return self.contact.limits
+        return *self.contact.limits, *_elastic(self.contact, values, last)
 
 
 def _state(values: Values, worn: WornState) -> State:
@@ -310,7 +312,9 @@ class PinAndTrackWear:
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
         """Return what the contact assumes; worn coatings, a track too short for it, and a scar too small for it."""
-        yielded = () if last is None else (*self._through(last), *self._short(last), *self._elastic(values, last))
+        yielded = (
+            () if last is None else (*self._through(last), *self._short(last), *_elastic(self.contact, values, last))
+        )
         return *self.contact.limits, "wear volume of each body: k_D·F_N·s", *yielded
 
     def _through(self, last: State) -> Iterator[str]:
@@ -332,29 +336,27 @@ class PinAndTrackWear:
             "than the contact; use the wear volumes, which remain valid, not the wear depths"
         )
 
-    def _elastic(self, values: Values, last: State) -> Iterator[str]:
-        """Warn of wear depths of a ball and its track that elastic deformation changes."""
-        if self.contact.pin.line or self.contact.flat_end:
-            return
-        load, radius = values["normal_load"], values["pin_radius"]
-        start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=self.contact.reduced_modulus()))
-        width, length = float(last["half_width"]), float(last["half_length"])
-        excess = too_deep(half_width=width, half_length=length, hertz_radius=start)
-        depths = last["wear_depth"], last["track_depth"]
-        worn = {
-            name: float(share)
-            for name, share, depth in zip(self.contact.body_names, excess, depths, strict=True)
-            if depth > 0
-        }
-        if not any(share > _ELASTIC for share in worn.values()):
-            return
-        by = " and ".join(f"of the {name} by about {100 * share:.0f} %" for name, share in worn.items())
-        yield (
-            f"warning: found a contact {show(2 * width, None, 'm', 'um')} wide and {show(2 * length, None, 'm', 'um')} "
-            f"long after wear, and {show(2 * start, None, 'm', 'um')} before; expected a larger scar, because elastic "
-            f"deformation is neglected, which overestimates the wear depth {by}; use the wear volumes, which remain "
-            "valid"
-        )
+
+def _elastic(contact: SlidingPin, values: Values, last: State) -> Iterator[str]:
+    """Warn of wear depths of a rigid ball and its track that elastic deformation changes."""
+    if contact.pin.line or contact.flat_end:
+        return
+    load, radius = values["normal_load"], values["pin_radius"]
+    start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=contact.reduced_modulus()))
+    width, length = float(last["half_width"]), float(last["half_length"])
+    excess = too_deep(half_width=width, half_length=length, hertz_radius=start)
+    depths = last["wear_depth"], last.get("track_depth", 0.0)
+    worn = {
+        name: float(share) for name, share, depth in zip(contact.body_names, excess, depths, strict=True) if depth > 0
+    }
+    if not any(share > _ELASTIC for share in worn.values()):
+        return
+    by = " and ".join(f"of the {name} by about {100 * share:.0f} %" for name, share in worn.items())
+    yield (
+        f"warning: found a contact {show(2 * width, None, 'm', 'um')} wide and {show(2 * length, None, 'm', 'um')} "
+        f"long after wear, and {show(2 * start, None, 'm', 'um')} before; expected a larger scar, because elastic "
+        f"deformation is neglected, which overestimates the wear depth {by}; use the wear volumes, which remain valid"
+    )
 
 
 def _coefficients(values: Values) -> tuple[Column, Column]:
