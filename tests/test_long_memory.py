@@ -75,6 +75,14 @@ def test_memory_half_as_long_as_a_block_is_not_lost():
     np.testing.assert_array_less(np.median(found, axis=0), 1.2 * truth)
 
 
+def test_curves_that_differ_within_one_block_only_leave_the_steady_value_its_uncertainty():
+    decay = np.exp(-PLACE / 1e-4)
+    jacobian = np.stack([decay, np.ones(SAMPLES), 1e4 * PLACE * decay])
+    residuals = white(np.random.default_rng(0))
+    covariance = parameter_covariance(jacobian, residuals, SAMPLES)
+    assert np.sqrt(covariance[1, 1]) == pytest.approx(SAMPLES**-0.5, rel=0.2)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", NOISES)
 def test_intervals_of_friction_hold_the_truth(bare_run, noise):

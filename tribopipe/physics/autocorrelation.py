@@ -190,7 +190,8 @@ def _noise_powers(slopes: Column, means: Column, wanders: tuple[_Wander, ...], b
 
     Where nothing wanders, the white part stands for all of the noise's memory, and is the larger by ``beyond``.
     """
-    fits = [_likelihood(slopes, means, wander) for wander in wanders]
+    basis = _basis(slopes)
+    fits = [_likelihood(basis, means, wander) for wander in wanders]
     logs = np.array([logs + _PRIOR for logs, _ in fits])
     weights = np.exp(logs - np.max(logs))
     weights /= np.sum(weights)
@@ -203,11 +204,17 @@ def _noise_powers(slopes: Column, means: Column, wanders: tuple[_Wander, ...], b
     return float(np.sum(variances)), np.asarray(wander)
 
 
-def _likelihood(slopes: Column, means: Column, wander: _Wander) -> tuple[Column, Column]:
-    """Return for each r the logarithm of the restricted likelihood, and σ²; −∞ for a wander out of all proportion."""
-    blocks, fitted = len(means), len(slopes)
+def _basis(slopes: Column) -> Column:
+    """Return orthonormal rows for what slopes span; some may be alike in the means of blocks."""
     scaled = slopes / np.maximum(np.sqrt(np.vecdot(slopes, slopes)), np.finfo(float).tiny)[:, None]
-    design, data = scaled @ wander.along, means @ wander.along
+    _, lengths, rows = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(rows[lengths**2 > _INDEPENDENT * lengths[0] ** 2])
+
+
+def _likelihood(basis: Column, means: Column, wander: _Wander) -> tuple[Column, Column]:
+    """Return for each r the logarithm of the restricted likelihood, and σ²; −∞ for a wander out of all proportion."""
+    blocks, fitted = len(means), len(basis)
+    design, data = basis @ wander.along, means @ wander.along
     powers = 1 + np.multiply.outer(_RATIOS, wander.powers)
     normal = np.einsum("ib,jb,rb->rij", design, design, 1 / powers)
     pull = np.einsum("ib,b,rb->ri", design, data, 1 / powers)
