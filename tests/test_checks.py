@@ -458,6 +458,19 @@ CASES = {
 
 # What else a check must find.
 MORE = {
+    "stop that counts as sliding": (
+        "recording_gap",
+        both(
+            manifest(interruptions=[{"sliding_distance": "25 m", "pin_wear_depth": "5 um"}]),
+            column("time", lambda time: time + 300.0 * (np.arange(len(time)) >= len(time) // 2)),
+        ),
+        "time",
+    ),
+    "stop far from the stated interruption": (
+        "recording_gap",
+        lambda run: stopped(both(INTERRUPTED, first(1000))(run)),
+        "time",
+    ),
     "recording exported twice": ("repeated_samples", lambda run: appended(run, run), "time"),
     "peaks of the load cell": (
         "load_not_nominal",
@@ -564,8 +577,28 @@ def unloaded_half(run):
     return replace(run, columns={**run.columns, **columns})
 
 
+def stopped(run, pause=300.0):
+    """Let the clock go on by so many seconds, half way, while nothing slides."""
+    late = np.arange(len(run)) >= len(run) // 2
+    return column("time", lambda time: time + pause * late)(measured("sliding_distance")(run))
+
+
+INTERRUPTED = both(
+    manifest(interruptions=[{"sliding_distance": "25 m", "pin_wear_depth": "5 um"}]), measured("sliding_distance")
+)
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "stop at a stated interruption": ("recording_gap", both(INTERRUPTED, stopped)),
+    "speed of a test with a stop": ("distance_not_planned", stopped),
+    "speed of a test with a recorded stop": (
+        "distance_not_planned",
+        both(
+            measured("sliding_distance"),
+            manifest(conditions__sliding_distance="38 m"),
+            column("time", lambda time: np.arange(len(time)) * time[1]),
+            column("sliding_distance", lambda s: np.interp(np.arange(len(s)), [0, 400, 700, len(s)], [0, 16, 16, 38])),
+        ),
+    ),
     "strokes under load": (
         "contact_lost",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.9)),

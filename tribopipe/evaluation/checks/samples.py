@@ -26,6 +26,8 @@ from tribopipe.results.run import RawRun
 _FEWEST = 2
 _GAP = 10.0
 """A step this many times the median step is a gap."""
+_NEAR = 0.01
+"""Share of a test within which an interruption is where it is stated."""
 _OFFSET = 0.1
 """Offset of friction over friction in a reciprocating test above which it is reported."""
 _BOTH_WAYS = 0.2
@@ -332,20 +334,35 @@ def _same(measured: list[Column], start: int) -> bool:
     return count >= _FEWEST_COPIED and float(np.mean(np.all(same, axis=0))) > _COPIED
 
 
+_COUNTED = "; if so, map a measured distance or rotations, since the distance derived from speed includes the gaps"
+
+
 @check("warning")
 def recording_gap(run: RawRun) -> Iterator[Trouble]:
     """Find places where recording stopped for a while."""
     steps = np.diff(run.columns["time"])
     steps = steps[np.isfinite(steps)]
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    gaps = np.flatnonzero(steps > _GAP * usual)
-    if usual and len(gaps):
+    gaps = [gap for gap in np.flatnonzero(steps > _GAP * usual) if not _is_stated_stop(run, int(gap))]
+    if usual and gaps:
         yield Trouble(
             "time",
             f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
             f"expected steps of {usual:.3g} s",
-            "check whether the test was stopped there",
+            "check whether the test was stopped there" + (_COUNTED if _by_the_clock(run) else ""),
         )
+
+
+def _by_the_clock(run: RawRun) -> bool:
+    """Return whether the sliding distance goes on while nothing slides."""
+    return run.origins[run.manifest.progress.signal] in ("derived from nominal speed", "derived from measured speed")
+
+
+def _is_stated_stop(run: RawRun, sample: int) -> bool:
+    """Return whether the test was interrupted after a sample as stated in run.toml, and did not slide meanwhile."""
+    axis = run.columns[run.manifest.progress.signal]
+    near = max(float(axis[sample + 1] - axis[sample]), _NEAR * float(np.nanmax(axis)))
+    return not _by_the_clock(run) and any(abs(stop.place - axis[sample]) <= near for stop in run.manifest.interruptions)
 
 
 @check("warning")
@@ -605,13 +622,21 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
     both = run.origins["time"] == "measured" and counted
     if speed is not None and both and duration > 0:
         travel = 1.0 if manifest.contact is None else manifest.contact.travel
-        mean = float(axis[-1] - axis[0]) * travel / duration
+        mean = _speed_of_motion(time, axis) * travel
         if not 0.95 <= mean / speed.value <= 1.05:
             yield Trouble(
                 progress.speed,
                 f"found {mean:.4g} m/s from time and {progress.words}; expected the nominal {speed.value:.4g} m/s",
                 f"correct {progress.speed}, or the units of both columns",
             )
+
+
+def _speed_of_motion(time: Column, axis: Column) -> float:
+    """Return the mean rate of a distance or count without the stops, in which it does not advance."""
+    advances = np.concatenate([[True], np.diff(axis) > 0])
+    steps, slid = np.diff(time[advances]), np.diff(axis[advances])
+    moves = steps <= _GAP * np.median(steps)
+    return float(np.sum(slid[moves]) / np.sum(steps[moves]))
 
 
 @check("warning")
