@@ -458,6 +458,16 @@ CASES = {
 
 # What else a check must find.
 MORE = {
+    "frequency 4 % off": (
+        "strokes_differ",
+        both(manifest(conditions__sliding_speed=None, conditions__frequency="0.08 Hz"), THERE_AND_BACK),
+        "conditions.frequency",
+    ),
+    "peak speed of strokes": (
+        "strokes_differ",
+        both(manifest(conditions__sliding_speed="1.31 mm/s"), THERE_AND_BACK),
+        "conditions.sliding_speed",
+    ),
     "stop that counts as sliding": (
         "recording_gap",
         both(
@@ -588,6 +598,10 @@ INTERRUPTED = both(
 )
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "mean speed of strokes": (
+        "strokes_differ",
+        both(manifest(conditions__sliding_speed="0.85 mm/s"), THERE_AND_BACK),
+    ),
     "stop at a stated interruption": ("recording_gap", both(INTERRUPTED, stopped)),
     "speed of a test with a stop": ("distance_not_planned", stopped),
     "speed of a test with a recorded stop": (

@@ -37,6 +37,8 @@ _RECORDED = (
 )
 _STATED = ("track_radius", "rotational_speed", "frequency", "stroke", "sliding_speed")
 _STROKE_TOLERANCE = 0.1
+_COUNTED_TOLERANCE = 0.02
+"""Share by which the frequency of counted strokes may differ from a stated one."""
 
 
 class Levels(NamedTuple):
@@ -255,19 +257,43 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
     if found is None:
         return
     time = continuous(run.columns["time"])
-    period = _stroke_duration(time, found.strokes)
-    if conditions.frequency is not None and period is not None:
-        frequency, stated = 1 / (2 * period), conditions.frequency.value
-        step = float(np.median(np.diff(time)))
-        if abs(frequency - stated) > _TOLERANCE * stated and stated * step < 0.5:
+    period, stated = _stroke_duration(time, found.strokes), _stated_frequency(run)
+    step = float(np.median(np.diff(time)))
+    if stated is not None and period is not None and stated.value * step < 0.5:
+        frequency, tolerance = 1 / (2 * period), max(stated.tolerance, 2 * step / period / len(found.strokes))
+        if abs(frequency - stated.value) > tolerance * stated.value:
             yield Trouble(
-                "conditions.frequency",
+                f"conditions.{stated.key}",
                 f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
-                f"expected the stated {stated:.4g} Hz within {100 * _TOLERANCE:.0f} %",
-                "correct frequency, in reciprocating cycles per second; the sliding distance is computed from it",
+                f"expected the stated {stated.value:.4g} Hz{stated.source} within {100 * tolerance:.2g} %",
+                f"correct {stated.remedy}; the sliding distance is computed from it",
             )
     if conditions.stroke is not None:
         yield from _stroke_length(run, found.strokes, conditions.stroke.value)
+
+
+class _Frequency(NamedTuple):
+    """A stated frequency of the strokes, 1/s, and the share of it by which the recorded one may differ."""
+
+    key: str
+    value: float
+    tolerance: float
+    source: str
+    remedy: str
+
+
+def _stated_frequency(run: RawRun) -> _Frequency | None:
+    """Return the frequency in run.toml, or that of the speed and stroke from which the distance is computed."""
+    conditions = run.manifest.conditions
+    frequency, speed, stroke = conditions.frequency, conditions.sliding_speed, conditions.stroke
+    if frequency is not None:
+        tolerance = max(_COUNTED_TOLERANCE, 3 * (frequency.standard_uncertainty or 0.0) / frequency.value)
+        return _Frequency("frequency", frequency.value, tolerance, "", "frequency, in reciprocating cycles per second")
+    if speed is None or stroke is None or run.origins["sliding_distance"] != "derived from nominal speed":
+        return None
+    remedy = "stroke, the unit of time, or sliding_speed, which is the average, 2·stroke·frequency"
+    by_speed = speed.value / (2 * stroke.value)
+    return _Frequency("sliding_speed", by_speed, _TOLERANCE, " of sliding_speed and stroke", remedy)
 
 
 def _stroke_duration(time: Column, strokes: list[Stroke]) -> float | None:
