@@ -68,6 +68,11 @@ def manifest(**written):
     return spoil
 
 
+def friction_times(factor):
+    """Multiply the friction force, and with it the coefficient."""
+    return both(*(column(name, lambda values: factor * values) for name in ("friction_force", "friction_coefficient")))
+
+
 def measured(name):
     """Say that a derived column was measured."""
     return lambda run: replace(run, origins={**run.origins, name: "measured"})
@@ -468,6 +473,8 @@ MORE = {
         both(manifest(conditions__sliding_speed="1.31 mm/s"), THERE_AND_BACK),
         "conditions.sliding_speed",
     ),
+    "friction in mN as N": ("implausible_friction", friction_times(1000), "friction_coefficient"),
+    "friction in kN as N": ("implausible_friction", friction_times(1 / 1000), "friction_coefficient"),
     "stop that counts as sliding": (
         "recording_gap",
         both(
@@ -598,6 +605,8 @@ INTERRUPTED = both(
 )
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "superlubricity": ("implausible_friction", friction_times(1 / 300)),
+    "friction that was not recorded": ("implausible_friction", friction_times(0)),
     "mean speed of strokes": (
         "strokes_differ",
         both(manifest(conditions__sliding_speed="0.85 mm/s"), THERE_AND_BACK),

@@ -28,6 +28,8 @@ _GAP = 10.0
 """A step this many times the median step is a gap."""
 _NEAR = 0.01
 """Share of a test within which an interruption is where it is stated."""
+_LEAST_FRICTION = 1e-3
+"""Smallest friction coefficient of a test, in superlubricity."""
 _OFFSET = 0.1
 """Offset of friction over friction in a reciprocating test above which it is reported."""
 _BOTH_WAYS = 0.2
@@ -472,11 +474,11 @@ def implausible_friction(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     mu = _friction(run, cleaned.run)
     if mu is None or not np.any(np.isfinite(mu)):
         return
-    median = float(np.nanmedian(mu))
-    if not -1e-3 <= median <= 2.0:
+    median, usual = float(np.nanmedian(mu)), float(np.nanmedian(np.abs(mu)))
+    if not -_LEAST_FRICTION <= median <= 2.0 or 0 < usual < _LEAST_FRICTION:
         yield Trouble(
             "friction_coefficient",
-            f"found a median of {median:.3g}; expected 0 to 2",
+            f"found a median of {median:.3g}; expected {_LEAST_FRICTION:g} to 2",
             "check the sign and unit of friction force and load",
         )
 
@@ -484,7 +486,9 @@ def implausible_friction(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
 def _friction(run: RawRun, mended: RawRun) -> Column | None:
     """Return the friction coefficient as recorded in one direction; else after preprocessing, on which signs depend."""
     one_way = run.manifest.conditions.stroke is None and mended.origins.get("friction_coefficient") == "measured"
-    return (run if one_way else mended).columns.get("friction_coefficient")
+    recorded, mu = (one.columns.get("friction_coefficient") for one in (run, mended))
+    beyond_all = mu is not None and not np.any(np.isfinite(mu))  # all of it was masked as impossible
+    return recorded if one_way or beyond_all else mu
 
 
 @check("error")
