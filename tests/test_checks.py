@@ -475,6 +475,18 @@ MORE = {
     ),
     "friction in mN as N": ("implausible_friction", friction_times(1000), "friction_coefficient"),
     "friction in kN as N": ("implausible_friction", friction_times(1 / 1000), "friction_coefficient"),
+    "groove wider than the scar": (
+        "scar_or_radius",
+        manifest(end_values__disc_wear_depth="145 um"),
+        "end_values.pin_scar_diameter, end_values.disc_wear_depth",
+    ),
+    "cross-section of the track in mm² for µm²": (
+        "scar_or_radius",
+        manifest(
+            conditions__track_radius="6 mm", end_values__disc_wear_depth=None, end_values__disc_track_area="50 mm^2"
+        ),
+        "end_values.pin_scar_diameter, end_values.disc_track_area",
+    ),
     "stop that counts as sliding": (
         "recording_gap",
         both(
@@ -605,6 +617,7 @@ INTERRUPTED = both(
 )
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "groove as deep as the pin has worn": ("scar_or_radius", manifest(end_values__disc_wear_depth="15 um")),
     "superlubricity": ("implausible_friction", friction_times(1 / 300)),
     "friction that was not recorded": ("implausible_friction", friction_times(0)),
     "mean speed of strokes": (

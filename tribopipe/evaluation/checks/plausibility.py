@@ -13,12 +13,14 @@ from tribopipe.documents.contact import Contact, Specimen, Tip
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
-from tribopipe.documents.recipe import Recipe
+from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_tip import SCARS
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
+from tribopipe.evaluation.measurements.worn_pair import WIDTHS, surest
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
@@ -335,6 +337,7 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
         )
     if end.pin_scar_diameter is not None:
         yield from _track_beside(end.pin_scar_diameter, end)
+        yield from _groove_beside(end.pin_scar_diameter, run)
 
 
 @check("warning")
@@ -420,5 +423,25 @@ def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
         yield Trouble(
             "end_values.pin_scar_diameter, end_values.disc_track_width",
             f"found a scar of {scar.shown('um')} and a track {width.shown('um')} wide; expected about the same width",
+            "check that the diameter of the scar is given, and check both units",
+        )
+
+
+def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
+    """Find a groove that the unworn pin would touch over more than the scar is wide."""
+    try:
+        ways = pin_on_disc_wear(run, DefaultUncertainty()).bodies["disc"]
+    except FitError:
+        return
+    groove = surest([way for way in ways if way.name not in WIDTHS], "depth")
+    if groove is None or groove.depth is None or groove.depth.value <= 0:
+        return
+    tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
+    width = 2 * float(tip.on_track(tip.radius).half_width_at(groove.depth.value))
+    if width > _WIDE * scar.value:
+        yield Trouble(
+            f"end_values.pin_scar_diameter, end_values.{groove.name}",
+            f"found a scar of {scar.shown('um')} and a groove {groove.depth.shown('um')} deep, over at least "
+            f"{show(width, None, 'm', 'um')} of which the pin rubs; expected about the same width",
             "check that the diameter of the scar is given, and check both units",
         )
