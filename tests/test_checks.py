@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
+from conftest import SAMPLES
 
 from tribopipe.base.errors import CheckError
 from tribopipe.documents.manifest import RunManifest
@@ -788,3 +789,10 @@ def test_errors_come_first_and_refuse_the_run(sound):
     with pytest.raises(CheckError, match=r"^si3n4-air-400mN: .*\(and 1 more; see `tribopipe check`\)$"):
         refuse_errors(sound, findings)
     refuse_errors(sound, findings[2:])
+
+
+@pytest.mark.parametrize(("unit", "shown", "warns"), [("%", 4.1, False), ("%", 2.8, True), (None, 2.8, False)])
+def test_recorded_slip_is_compared_with_the_stated_one(unit, shown, warns):
+    discs = read_run(SAMPLES / "si3n4-twin-disc-4pct-1000k")
+    found = found_by("conditions_differ", extra("Slip", unit, shown)(discs))
+    assert [finding.where for finding in found] == (["conditions.slip"] if warns else [])

@@ -23,6 +23,7 @@ _EXTRAS = {
     "nominal_load": ("force", "nominalload|setload|setforce|loadsetpoint"),
     "nominal_speed": ("speed", "nominalspeed|setspeed|maxlinearspeed|speedsetpoint"),
     "stroke": ("length", "stroke|hub|strokelength"),
+    "slip": ("percentage", "slip|slipratio|schlupf"),
 }
 """Kind of number and names, written in small letters alone."""
 _POSITION = re.compile(r"(?:xyz)?[xy](?:position)?|position|wegx|weg")
@@ -45,7 +46,7 @@ class Channel(NamedTuple):
 
 
 def channels(run: RawRun) -> dict[str, Channel]:
-    """Return the measured channels of a run by what they are: a ``Role`` of an identity, frequency or stroke."""
+    """Return the measured channels of a run by what they are: a ``Role`` of an identity, frequency, stroke or slip."""
     found = dict(_from_extras(run))
     for role in _SIGNALS:
         if role in run.columns and run.origins[role] == "measured":
@@ -62,7 +63,8 @@ def _from_extras(run: RawRun) -> Iterator[tuple[str, Channel]]:
         if turning == [name]:
             yield "rotational_speed", _channel(run, name, "rotational speed", "rad/s")
         for role, (kind, names) in _EXTRAS.items():
-            if re.fullmatch(names, _plain(name)) and is_unit_of(extra.unit or "1", kind):
+            stated = bool(extra.unit) or kind != "percentage"
+            if stated and re.fullmatch(names, _plain(name)) and is_unit_of(extra.unit or "1", kind):
                 yield role, _channel(run, name, kind, KINDS[kind].si)
 
 

@@ -35,7 +35,7 @@ _RECORDED = (
     *("normal_force", "nominal_load", "sliding_speed", "nominal_speed", "rotational_speed"),
     *("track_radius", "frequency", "stroke"),
 )
-_STATED = ("track_radius", "rotational_speed", "frequency", "stroke", "sliding_speed")
+_STATED = ("track_radius", "rotational_speed", "frequency", "stroke", "sliding_speed", "slip")
 _STROKE_TOLERANCE = 0.1
 _COUNTED_TOLERANCE = 0.02
 """Share by which the frequency of counted strokes may differ from a stated one."""
@@ -141,12 +141,12 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
     """Compare what is stated of the motion with its channels."""
     found = channels(run)
     for name in _STATED:
-        stated: Quantity | None = getattr(run.manifest.conditions, name)
+        stated: Quantity | None = run.manifest.slip if name == "slip" else getattr(run.manifest.conditions, name)
         channel = found.get(name)
         if stated is None or channel is None or (name == "sliding_speed" and run.manifest.conditions.stroke):
             continue
         recorded = _usual(channel.values)
-        if recorded is not None and abs(recorded - stated.value) > _allowed(name, stated, channel):
+        if recorded is not None and abs(recorded - abs(stated.value)) > _allowed(name, stated, channel):
             yield Trouble(
                 f"conditions.{name}",
                 f"found {channel.shown(stated.value)} in run.toml, but a median of {channel.shown(recorded)} in column "
@@ -180,7 +180,7 @@ def _usual(values: Column) -> float | None:
 
 def _allowed(name: str, stated: Quantity, channel: Channel) -> float:
     rounded = _ROUNDED if name == "track_radius" and _in_whole_millimetres(channel.values) else 0.0
-    return max(_TOLERANCE * stated.value, 3 * (stated.standard_uncertainty or 0.0), rounded)
+    return max(_TOLERANCE * abs(stated.value), 3 * (stated.standard_uncertainty or 0.0), rounded)
 
 
 def _in_whole_millimetres(radius: Column) -> bool:
@@ -265,7 +265,7 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 f"conditions.{stated.key}",
                 f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
-                f"expected the stated {stated.value:.4g} Hz{stated.source} within {100 * tolerance:.2g} %",
+                f"expected {stated.words} within {100 * tolerance:.2g} %",
                 f"correct {stated.remedy}; the sliding distance is computed from it",
             )
     if conditions.stroke is not None:
@@ -278,7 +278,7 @@ class _Frequency(NamedTuple):
     key: str
     value: float
     tolerance: float
-    source: str
+    words: str
     remedy: str
 
 
@@ -288,12 +288,14 @@ def _stated_frequency(run: RawRun) -> _Frequency | None:
     frequency, speed, stroke = conditions.frequency, conditions.sliding_speed, conditions.stroke
     if frequency is not None:
         tolerance = max(_COUNTED_TOLERANCE, 3 * (frequency.standard_uncertainty or 0.0) / frequency.value)
-        return _Frequency("frequency", frequency.value, tolerance, "", "frequency, in reciprocating cycles per second")
+        words, remedy = f"the stated {frequency.value:.4g} Hz", "frequency, in reciprocating cycles per second"
+        return _Frequency("frequency", frequency.value, tolerance, words, remedy)
     if speed is None or stroke is None or run.origins["sliding_distance"] != "derived from nominal speed":
         return None
     remedy = "stroke, the unit of time, or sliding_speed, which is the average, 2·stroke·frequency"
     by_speed = speed.value / (2 * stroke.value)
-    return _Frequency("sliding_speed", by_speed, _TOLERANCE, " of sliding_speed and stroke", remedy)
+    words = f"{by_speed:.4g} Hz from sliding_speed and stroke"
+    return _Frequency("sliding_speed", by_speed, _TOLERANCE, words, remedy)
 
 
 def _stroke_duration(time: Column, strokes: list[Stroke]) -> float | None:

@@ -345,7 +345,7 @@ def recording_gap(run: RawRun) -> Iterator[Trouble]:
     steps = np.diff(run.columns["time"])
     steps = steps[np.isfinite(steps)]
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    gaps = [gap for gap in np.flatnonzero(steps > _GAP * usual) if not _is_stated_stop(run, int(gap))]
+    gaps = [gap for gap in np.flatnonzero(steps > _GAP * usual).tolist() if not _is_stated_stop(run, gap)]
     if usual and gaps:
         yield Trouble(
             "time",
