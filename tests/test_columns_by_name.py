@@ -48,6 +48,7 @@ def test_what_detect_promises_is_used(tmp_path, run_cli):
     assert "signals.csv: column 'Fn [mN]' is interpreted as normal_force, from its name" in run.notes
 
 
+GROUPED = ["59,841", "1.234,5", "1,234,567.8", "1 234.5", "1'234.5"]
 MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal_force = 'Fn [mN]'\n"
 
 
@@ -63,13 +64,14 @@ def test_a_placeholder_is_a_missing_sample_that_is_named(tmp_path, token, more):
 
 
 @pytest.mark.parametrize("more", ["", MORE], ids=["by name", "declared"])
-@pytest.mark.parametrize("junk", ["8.0.1", "59,841", "abc"])
+@pytest.mark.parametrize("junk", ["8.0.1", "abc", *GROUPED])
 def test_anything_else_is_refused_with_its_place(tmp_path, junk, more):
     with pytest.raises(ReaderError) as caught:
         read_run(made(tmp_path, spoiled(1234, 2, junk), more=more))
     said = str(caught.value)
     assert f"signals.csv, line 1236, column 'Ff [mN]': found {junk!r}; expected a number for friction_force" in said
     assert ("decimal sign of the others" in said) == (junk == "59,841")
+    assert ("thousands separators" in said) == (junk in GROUPED)
 
 
 def test_a_recorded_coefficient_is_not_replaced_by_another(tmp_path):

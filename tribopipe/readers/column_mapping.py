@@ -3,6 +3,7 @@
 Also the files that run.toml names and the columns found in them by name, with the errors that all of that can have.
 """
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -23,6 +24,8 @@ from tribopipe.results.run import AT_A_LEVER, ExtraColumn, SourceFile
 
 T = TypeVar("T")
 _MOST = 1e60
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?", re.ASCII)
+"""Number whose thousands are separated."""
 
 
 def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
@@ -94,10 +97,16 @@ def column_in_si(
     """
     if column.first_bad is not None:
         line, text = column.first_bad
+        wanted, remedy = [], ""
+        if is_number(text, ".,"):
+            wanted.append("with the decimal sign of the others")
+        if _GROUPED.fullmatch(text):
+            wanted.append("without thousands separators")
+            remedy = "export the file again without them, "
         raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for {meaning}"
-            f"{' with the decimal sign of the others' if is_number(text, '.,') else ''}; correct that line, leave the "
-            "field empty for a missing sample, or map another column"
+            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for "
+            f"{' '.join([meaning, ' and '.join(wanted)]).strip()}; {remedy}correct that line, leave the field empty "
+            "for a missing sample, or map another column"
         )
     unit = unit_of(column, source)
     if unit is None and needs_unit(kind):
