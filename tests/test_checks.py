@@ -488,6 +488,11 @@ MORE = {
         ),
         "end_values.pin_scar_diameter, end_values.disc_track_area",
     ),
+    "mass in µg for mg": (
+        "implausible_conditions",
+        manifest(end_values__pin_mass_loss={"value": "0.14 ug", "standard_uncertainty": "2 %"}),
+        "end_values.pin_mass_loss",
+    ),
     "stop that counts as sliding": (
         "recording_gap",
         both(
@@ -618,6 +623,10 @@ INTERRUPTED = both(
 )
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "mass loss within the noise of the balance": (
+        "implausible_conditions",
+        manifest(end_values__pin_mass_loss={"value": "0.4 ug", "standard_uncertainty": "1 ug"}),
+    ),
     "groove as deep as the pin has worn": ("scar_or_radius", manifest(end_values__disc_wear_depth="15 um")),
     "superlubricity": ("implausible_friction", friction_times(1 / 300)),
     "friction that was not recorded": ("implausible_friction", friction_times(0)),

@@ -57,7 +57,7 @@ class _Size(NamedTuple):
 
 @check("warning")
 def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
-    """Catch a wrong unit in radii, load, speeds, slip, distance and time."""
+    """Catch a wrong unit in radii, load, speeds, slip, distance, time and mass losses."""
     manifest = run.manifest
     load = _Size("conditions.normal_load", manifest.conditions.normal_load, 1e-6, 1e5, "N")
     for size in (*_sizes(manifest), load):
@@ -69,6 +69,7 @@ def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(size.where, f"found {found}; expected {expected}", "check its unit")
     yield from _odd_slip(manifest)
     yield from _odd_duration(run)
+    yield from _odd_mass(manifest)
 
 
 _RADII = {"radius": (1e-6, 0.5), "crown_radius": (1e-5, 10.0), "rolling_radius": (1e-4, 2.0)}
@@ -99,6 +100,23 @@ def _odd_duration(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "time", f"found a test of {days:.0f} days; expected at most {_LONGEST_TEST:.0f}", "check its unit"
         )
+
+
+_LEAST_MASS = 1e-9
+"""Smallest mass loss that a balance can show, kg."""
+
+
+def _odd_mass(manifest: RunManifest) -> Iterator[Trouble]:
+    """Catch a mass loss in µg or ng that was meant in mg."""
+    for name, lost in manifest.end_values:
+        if not name.endswith("_mass_loss") or lost is None:
+            continue
+        if 0 < abs(lost.value) + 3 * (lost.standard_uncertainty or 0.0) < _LEAST_MASS:
+            yield Trouble(
+                f"end_values.{name}",
+                f"found {lost.shown('mg')}; expected at least {_LEAST_MASS * 1e6:g} mg, the resolution of a balance",
+                "check its unit",
+            )
 
 
 def _slip_key(manifest: RunManifest) -> str:
