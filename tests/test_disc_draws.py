@@ -1,11 +1,14 @@
 """Draws of a twin-disc fit, solved together with the state, against those that the problem solves one by one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from disc_runs import CONVENTIONS, K_1, K_2, TYPICAL, exact_run, recipe
 from test_disc_fit import MIXTURES, STOPS, VOLUMES
 from test_twin_disc import CASES, discs_of
 
+from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
 from tribopipe.physics.uncertainty import Inputs, extended
 
@@ -131,3 +134,13 @@ def test_a_quadratic_of_logarithms_is_found_again():
     inputs, known = Inputs.of(columns), np.arange(50)
     assert inputs.terms.shape == (400, 1 + 4 + 10)
     np.testing.assert_allclose(extended(inputs, known, truth[known]), truth, atol=1e-10)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_slip_that_is_hardly_known_keeps_its_direction(sign):
+    problem = posed(VOLUMES)
+    slip = problem.inputs["slip"]
+    known = slip.quantity.model_copy(update={"value": sign * 0.04, "standard_uncertainty": 0.02})
+    drawn = draw_values({"slip": replace(slip, quantity=known)}, None, np.random.default_rng(3), COUNT)["slip"]
+    assert np.all(sign * drawn > 0)
+    assert abs(np.median(drawn) / (sign * 0.04) - 1) < 0.1

@@ -72,7 +72,7 @@ class TwinDiscWear:
             "flat_radius": relative_input(flat.rolling_radius, defaults.rolling_radius, above_zero=True),
             "curved_modulus": relative_input(curved.youngs_modulus, defaults.youngs_modulus, above_zero=True),
             "flat_modulus": relative_input(flat.youngs_modulus, defaults.youngs_modulus, above_zero=True),
-            "slip": relative_input(self.slip, defaults.slip),
+            "slip": relative_input(self.slip, defaults.slip, above_zero=self.slip.value != 0),
         }
 
     def pair(self, values: Values) -> DiscPair:

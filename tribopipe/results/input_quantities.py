@@ -23,7 +23,7 @@ class Input:
     quantity: Quantity
     source: Literal["manifest", "default", "fit", "recipe"]
     above_zero: bool = False
-    """Whether it must be: a draw of it that is not is drawn again."""
+    """Whether it must be, or below zero if its best estimate is: a draw with the other sign is drawn again."""
 
     @property
     def spread(self) -> float:

@@ -3,6 +3,7 @@
 Parameters of a wear law in addition to k_D, as a recipe or a plan gives them, are inputs like any other.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -207,7 +208,8 @@ def draw_values(
 
 def _normal(given: Input, rng: Generator, count: int, *, above_zero: bool) -> Column:
     drawn = given.quantity.value + given.spread * rng.standard_normal(count)
-    while above_zero and np.any(low := drawn <= 0):
+    sign = math.copysign(1.0, given.quantity.value)
+    while above_zero and np.any(low := sign * drawn <= 0):
         drawn[low] = given.quantity.value + given.spread * rng.standard_normal(np.count_nonzero(low))
     return np.asarray(drawn)
 
