@@ -149,6 +149,19 @@ def test_twin_discs_have_their_rates_too(disc_archive):
     assert found.total.value == pytest.approx(rate + found.flat_disc.specific_wear_rate.value)
 
 
+def test_slip_distance_is_as_uncertain_as_slip_and_rolling_radius(disc_archive):
+    (run_id, *_) = disc_archive.ids()
+    run = disc_archive.raw(run_id)
+    found = specific_wear(run)
+    slip, radius = run.manifest.slip, run.manifest.twin_disc.curved_disc.rolling_radius
+    share = math.hypot(*(one.standard_uncertainty / one.value for one in (slip, radius)))
+    assert share > 0.005
+    assert found.sliding_distance.standard_uncertainty == pytest.approx(share * found.sliding_distance.value)
+    volume, rate, load = found.curved_disc.volume, found.curved_disc.specific_wear_rate, found.normal_load
+    together = math.hypot(share, *(one.standard_uncertainty / one.value for one in (volume, load)))
+    assert rate.standard_uncertainty == pytest.approx(together * rate.value, rel=1e-2)
+
+
 def test_result_is_archived_and_done_once(sample_run, tmp_path, run_cli):
     store = Archive(tmp_path / "archive")
     run_id = ingest(sample_run, store).run_id

@@ -66,6 +66,21 @@ def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
     return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
 
 
+def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
+    """Return the relative standard uncertainty of the sliding distance; None of one that was measured."""
+    if told := told_by(run, defaults):
+        return (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
+    slip = run.manifest.slip
+    if run.origins.get("sliding_distance") != "derived from nominal slip" or slip is None or not slip.value:
+        return None
+    radius = run.manifest.twin_disc.curved_disc.rolling_radius
+    known = (
+        stated_or_default(slip, defaults.slip * abs(slip.value)),
+        stated_or_default(radius, defaults.rolling_radius * radius.value),
+    )
+    return math.hypot(*((one.standard_uncertainty or 0.0) / one.value for one, _ in known))
+
+
 def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
     """Yield each reading of the disc with its uncertainty, profiles as the depth of the track, a mass as a volume.
 

@@ -26,7 +26,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.load_and_friction import contact_load, load_path, load_share, recorded_load
-from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.evaluation.measurements.disc_track import distance_share
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
@@ -70,7 +70,8 @@ def interval_wear(run: RawRun, recipe: Recipe, body: str) -> dict[str, Any]:
     points = [_Lost(0.0, 0.0, 0.0, 0.0), *lost]
     path = load_path(run, np.array([point.distance for point in points]))
     path = run.manifest.described.contacts_of(body) * path
-    common = math.hypot(lost[-1].common, load_share(run, recipe.uncertainty))
+    shares = (load_share(run, recipe.uncertainty), distance_share(run, recipe.uncertainty) or 0.0)
+    common = math.hypot(lost[-1].common, *shares)
     found: dict[str, Any] = {"intervals": tuple(_intervals(points, path, common))}
     line = _steady(points, path) if len(lost) >= _FEWEST else None
     if line is None:
@@ -244,13 +245,12 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None) -> SpecificWear:
 
 
 def _distance(run: RawRun, defaults: DefaultUncertainty) -> Quantity | None:
-    """Return the sliding distance, m, uncertain by the speed or radius it was derived from; none without any."""
+    """Return the sliding distance, m, uncertain by the speed, radius or slip it was derived from; none without any."""
     slid = run.columns.get("sliding_distance")
     if slid is None or not np.any(np.isfinite(slid)) or not np.nanmax(slid) > 0:
         return None
-    distance, told = float(np.nanmax(slid)), told_by(run, defaults)
-    spread = None if told is None else distance * (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
-    return Quantity(value=distance, unit="m", standard_uncertainty=spread)
+    distance, share = float(np.nanmax(slid)), distance_share(run, defaults)
+    return Quantity(value=distance, unit="m", standard_uncertainty=None if share is None else share * distance)
 
 
 def _load(run: RawRun, recipe: Recipe) -> Quantity:
