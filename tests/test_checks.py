@@ -805,3 +805,10 @@ def test_recorded_slip_is_compared_with_the_stated_one(unit, shown, warns):
     discs = read_run(SAMPLES / "si3n4-twin-disc-4pct-1000k")
     found = found_by("conditions_differ", extra("Slip", unit, shown)(discs))
     assert [finding.where for finding in found] == (["conditions.slip"] if warns else [])
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_elastic_scar_names_the_larger_error_of_a_fit_with_a_depth_signal(sound, recorded):
+    small = manifest(end_values__pin_scar_diameter="40 um")(sound)
+    (finding,) = found_by("elastic_scar", small if recorded else without("depth")(small))
+    assert ("several times this fraction" in finding.remedy) == recorded

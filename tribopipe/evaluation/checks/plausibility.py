@@ -403,6 +403,9 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     if pin is None or not (pin.line or pin.shape == "spherical"):
         return
     start, power = _start_width(run), 2 if pin.line else 3
+    # By V ~ a⁴ + 2a*³a − 3a*⁴ of the GIWM at the depth a²/2R, with a*³ = 4/3·a_H³.
+    by_giwm = not pin.line and "depth" in run.columns
+    fitted = ", k_D of a GIWM fit with a depth signal by several times this fraction" if by_giwm else ""
     for name, scar in _scars(run):
         share = (start / scar.value) ** power if scar.value > start else 0.0
         if share <= max(_ELASTIC, (power + 1) * (scar.standard_uncertainty or 0.0) / scar.value):
@@ -412,8 +415,8 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
             f"found {scar.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: about "
             f"{100 * share:.0f} % of the wear volume calculated from the scar is due to elastic deflection; expected a "
             f"scar at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
-            "volume and k_D are too large by about this fraction; enter a profile or a wear depth instead, or run a "
-            "longer test",
+            f"volume and k_D are too large by about this fraction{fitted}; enter a profile or a wear depth instead, or "
+            "run a longer test",
         )
 
 
