@@ -280,3 +280,16 @@ def test_people_read_both_bodies(run_cli, tmp_path):
     assert found.exit_code == 0
     assert "pin wear depth 20.39" in found.stdout
     assert "disc wear depth 11.64" in found.stdout
+
+
+@pytest.mark.parametrize(("newtons", "note"), [(0.05, False), (0.8, False), (2.0, "10 times"), (0.01, "0.05 times")])
+def test_a_load_far_from_that_of_k_d_is_named(newtons, note):
+    manifest, *_ = read_manifest(RUN / "run.toml")
+    load = Quantity(value=newtons, unit="N", standard_uncertainty=0.01 * newtons)
+    k_d = Quantity(value=K_1, unit="m^2/N", standard_uncertainty=0.01 * K_1)
+    known = given_wear(manifest.described, {"pin": k_d}, Recipe())
+    scenario = wear_scenario(manifest, known, normal_load=load)
+    fitted = predict_wear(scenario, [100.0], reference_load=manifest.conditions.normal_load)
+    found = [one for one in fitted.notes if one.startswith("extrapolation: the load is")]
+    assert [note in one for one in found] == ([True] if note else [])
+    assert not any("the load is" in one for one in predict_wear(scenario, [100.0]).notes)

@@ -216,7 +216,16 @@ def _predict(subject: Subject, asked: _Asked, reference: str | None) -> "WearPre
     manifest = _changed(subject.manifest, asked)
     scenario = wear_scenario(manifest, _known(subject, asked), asked.law, subject.friction, asked.recipe)
     at, depths = _places(subject, asked)
-    return predict_wear(scenario, at, depths=depths, scheme=asked.scheme, steps=asked.steps, reference=reference)
+    load = None if reference is None else subject.manifest.conditions.normal_load
+    return predict_wear(
+        scenario,
+        at,
+        depths=depths,
+        scheme=asked.scheme,
+        steps=asked.steps,
+        reference=reference,
+        reference_load=load,
+    )
 
 
 _OF_A_PIN = {

@@ -90,6 +90,8 @@ def predicted_curves(run: RawRun, scenario: Scenario, prediction: WearPrediction
 
 
 _NOTABLE_STEP_ERROR = 1e-3
+_FAR_LOAD = 5.0
+"""Ratio of loads beyond which a prediction is an extrapolation; the paper predicts up to four times the load."""
 
 
 def predict_wear(
@@ -100,6 +102,7 @@ def predict_wear(
     scheme: Literal["exact", "published"] = "exact",
     steps: int | None = None,
     reference: str | None = None,
+    reference_load: Quantity | None = None,
 ) -> WearPrediction:
     """Predict wear of a contact, and where its first body, the pin or the crowned disc, reaches given depths.
 
@@ -117,6 +120,8 @@ def predict_wear(
         Number of these steps; 50 000 for a pin, one per rotation for discs, by default.
     reference
         Run that k_D was identified from.
+    reference_load
+        Load of that run, N.
 
     Returns
     -------
@@ -150,7 +155,11 @@ def predict_wear(
         start=scenario.start,
         steps=taken,
         step_error=error,
-        notes=(*_notes(scenario, places), *_step_notes(scenario, places, error, taken)),
+        notes=(
+            *_load_notes(scenario, reference_load),
+            *_notes(scenario, places),
+            *_step_notes(scenario, places, error, taken),
+        ),
         prediction=tuple(_timed(scenario, places, scenario.points(places, state))),
         reached=tuple(_reached(scenario, depth) for depth in depths),
         parameters=_law_values(scenario),
@@ -211,6 +220,15 @@ def _law_values(scenario: Scenario) -> tuple[LawValue, ...] | None:
     given = given_parameters(scenario.law, scenario.recipe).items()
     stated = (LawValue(name=name, value=value, source="recipe") for name, value in given if name not in fitted)
     return (*scenario.known.parameters, *stated) or None
+
+
+def _load_notes(scenario: Scenario, known: Quantity | None) -> Iterator[str]:
+    ratio = 1.0 if known is None else scenario.normal_load.value / known.value
+    if not 1 / _FAR_LOAD <= ratio <= _FAR_LOAD:
+        yield (
+            f"extrapolation: the load is {ratio:.2g} times that of the test from which k_D was determined; the "
+            "uncertainty does not include a change of the wear mechanism"
+        )
 
 
 def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
