@@ -151,6 +151,11 @@ def appended(run, other):
     return replace(run, columns=columns)
 
 
+def twice(run):
+    """Write each row two times."""
+    return replace(run, columns={name: np.repeat(values, 2) for name, values in run.columns.items()})
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -493,6 +498,12 @@ MORE = {
         manifest(end_values__pin_mass_loss={"value": "0.14 ug", "standard_uncertainty": "2 %"}),
         "end_values.pin_mass_loss",
     ),
+    "unloaded start beside a load that is on": (
+        "contact_lost",
+        samples_set("friction_force", slice(100), 1e-4),
+        "friction_force",
+    ),
+    "each row exported twice": ("repeated_samples", twice, "time"),
     "stop that counts as sliding": (
         "recording_gap",
         both(
@@ -623,6 +634,11 @@ INTERRUPTED = both(
 )
 # What is no trouble, or not the one that a check is for.
 LESS = {
+    "coating with low friction that wears through": (
+        "contact_lost",
+        column("friction_force", lambda force: np.where(np.arange(len(force)) < 400, 0.012, 0.3)),
+    ),
+    "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),
     "mass loss within the noise of the balance": (
         "implausible_conditions",
         manifest(end_values__pin_mass_loss={"value": "0.4 ug", "standard_uncertainty": "1 ug"}),

@@ -48,10 +48,14 @@ _DEAD = 0.5
 """Share of samples of exactly zero from which on a channel of friction was off."""
 _FEWEST_COPIED, _COPIED = 16, 0.9
 """Samples, and their share that is the same, from which on one part of a recording is a copy of another."""
+_OFTEN = 0.1
+"""Share of the samples with the time of the one before from which on the clock may be slower than the sampling."""
 _CLIPPED, _PILED_UP = 0.02, 5.0
 """Share of the samples at the end of a range, and multiple of those next to it, from which on a sensor is clipped."""
 _WITHOUT_FRICTION, _LOST = 0.05, 0.03
 """Share of the usual friction below which bodies do not touch, and that of ∫F_N ds from which on it is reported."""
+_SLIPPERY = 0.01
+"""Friction coefficient above which bodies slide where the recorded load is on."""
 _PARTS = 100
 """Parts of a recording in which friction is compared with the usual."""
 _FITTING = 0.25
@@ -306,7 +310,7 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     """Count samples that stand twice at the same time."""
     time = run.columns["time"]
     repeated = np.flatnonzero(np.diff(time) == 0)
-    if len(repeated):
+    if len(repeated) and not _by_a_slow_clock(run, repeated):
         yield Trouble(
             "time",
             f"found {len(repeated)} repeated times, the first at {run.numbered(repeated[0] + 1)}; expected each time "
@@ -321,6 +325,14 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
             "each sample once",
             "delete the copy: its sliding distance is counted again",
         )
+
+
+def _by_a_slow_clock(run: RawRun, repeated: NDArray[np.intp]) -> bool:
+    """Return whether times repeat because the clock is coarser than the sampling: often, and in rows that differ."""
+    others = [values for name, values in _measured(run) if name not in _AXES]
+    same = [values[repeated] == values[repeated + 1] for values in others]
+    copied = float(np.mean(np.all(same, axis=0))) if same else 1.0
+    return len(repeated) > _OFTEN * len(run) and copied < 1 - _COPIED
 
 
 def _copies(run: RawRun) -> list[int]:
@@ -416,7 +428,7 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     sizes = np.array([np.percentile(seen, 90) if len(seen := part[np.isfinite(part)]) else np.inf for part in parts])
     ends = np.cumsum([0, *map(len, parts)]).clip(max=len(run) - 1)
     worked = np.diff(load_path(cleaned.run, slid[ends]))
-    without = sizes < _WITHOUT_FRICTION * np.median(sizes)
+    without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _least_friction(run, cleaned))
     lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
     if lost > _LOST:
         yield Trouble(
@@ -426,6 +438,14 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
             "about this fraction",
         )
+
+
+def _least_friction(run: RawRun, cleaned: CleanedRun) -> float:
+    """Return the friction, as force or coefficient, above which bodies slide; infinite if no load was recorded."""
+    load = recorded_load(cleaned.run)
+    if load is None:
+        return np.inf
+    return _SLIPPERY * (run.manifest.conditions.normal_load.value if "friction_force" in run.columns else 1.0)
 
 
 @check_cleaned("warning")
