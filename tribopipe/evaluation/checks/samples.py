@@ -659,6 +659,8 @@ def _speed_of_motion(time: Column, axis: Column) -> float:
     """Return the mean rate of a distance or count without the stops, in which it does not advance."""
     advances = np.concatenate([[True], np.diff(axis) > 0])
     steps, slid = np.diff(time[advances]), np.diff(axis[advances])
+    if not len(steps):
+        return 0.0
     moves = steps <= _GAP * np.median(steps)
     return float(np.sum(slid[moves]) / np.sum(steps[moves]))
 
