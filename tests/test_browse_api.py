@@ -4,6 +4,7 @@ import csv
 import hashlib
 import io
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -97,6 +98,10 @@ def test_the_list_has_every_column_of_every_run(reader):
     assert row["k_d"][0] == pytest.approx(13.5e-15, rel=0.2)
     assert "±" in row["k_d"][1]
     assert None in row.values()
+    k_d = runs["aligned"]["k_d"]
+    assert re.fullmatch(r"10⁻⁹ mm³/\(N·mm\)", k_d["unit"])
+    assert [float(text.partition(" ± ")[0]) for text in k_d["texts"]] == [pytest.approx(row["k_d"][0] * 1e15, rel=1e-3)]
+    assert "load" not in runs["aligned"]
 
 
 def test_a_choice_of_runs_is_made_by_the_server(reader):

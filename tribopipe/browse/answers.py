@@ -15,6 +15,7 @@ from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, 
 from tribopipe.archive.run_files import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
+from tribopipe.base.number_columns import Number, number_column
 from tribopipe.base.units import from_si
 from tribopipe.browse.plots import PlotOffer
 from tribopipe.physics.laws import law_label
@@ -121,12 +122,32 @@ def _column(column: ListedColumn) -> dict[str, Any]:
 def runs_answer(catalogue: Catalogue, where: str) -> dict[str, Any]:
     """Answer all columns of the runs that were asked for. Raises ``QueryError`` where that cannot be understood."""
     revision, runs = catalogue.revision, catalogue.runs(where)
+    cells = {name: _cells(runs, column) for name, column in COLUMNS.items()}
     return {
         "revision": revision,
         "ids": [run.id for run in runs],
         "columns": list(COLUMNS),
-        "rows": list(zip(*(_cells(runs, column) for column in COLUMNS.values()), strict=True)),
+        "rows": list(zip(*cells.values(), strict=True)),
+        "aligned": {
+            name: _aligned(cells[name], column)
+            for name, column in COLUMNS.items()
+            if any(isinstance(cell, tuple) and "×10" in cell[1] for cell in cells[name])
+        },
     }
+
+
+def _aligned(cells: list[Cell], column: ListedColumn) -> dict[str, Any]:
+    """Return numbers as they read beneath each other, with one power of ten in the unit."""
+    value_of, spread_of = shown_number(column), shown_number(column, spread=True)
+
+    def number(cell: Cell) -> Number | None:
+        if not isinstance(cell, tuple) or (value := value_of(cell[0])) is None:
+            return None
+        return value, spread_of(cell[2]) if len(cell) > 2 else None
+
+    found = number_column([number(cell) for cell in cells])
+    texts = ["" if cell is None else text.strip() for cell, text in zip(cells, found.cells, strict=True)]
+    return {"unit": found.unit(column.unit), "texts": texts}
 
 
 def _cells(runs: list[ListedRun], column: ListedColumn) -> list[Cell]:

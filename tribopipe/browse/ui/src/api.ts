@@ -53,6 +53,8 @@ export interface Runs {
   ids: string[];
   columns: string[];
   rows: Cell[][];
+  /** Columns of numbers that need a power of ten: their unit with one power for all, and their texts under it. */
+  aligned: Record<string, { unit: string; texts: string[] }>;
 }
 
 /** The first curve of a run in a few points; null where nothing was recorded, no points where it has no curve. */

@@ -4,7 +4,7 @@ import type { Cell, Column } from "../api";
 import { isSame, linesOf } from "./lines";
 
 const columnOf = (name: string): Column => ({ name, label: name, unit: "", help: "", kind: "text", shown: true });
-const rowOf = (id: string, cells: Record<string, Cell>) => ({ id, cell: (name: string) => cells[name] ?? null });
+const rowOf = (id: string, cells: Record<string, Cell>) => ({ id, cell: (name: string) => cells[name] ?? null, shown: () => "" });
 
 const ROWS = [
   rowOf("a", { id: "a", medium: "air", load: [0.2, "200"], slip: [0.04, "4"] }),

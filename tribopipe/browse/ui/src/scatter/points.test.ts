@@ -4,7 +4,7 @@ import type { Cell, Column } from "../api";
 import type { Row } from "../table/listing";
 import { coordinate, grouped, materialPair, missing, quantities, quantityLabel, replicateMeans } from "./points";
 
-const rowOf = (id: string, cells: Record<string, Cell>): Row => ({ id, cell: (name) => cells[name] ?? null });
+const rowOf = (id: string, cells: Record<string, Cell>): Row => ({ id, cell: (name) => cells[name] ?? null, shown: () => "" });
 
 const number = (name: string, unit = "", factor = 1, offset = 0): Column => ({
   name,

@@ -33,7 +33,7 @@ export const RunRow = memo(function RunRow({ row, number, columns, selected, onS
       <SparklineCell id={row.id} />
       {columns.map(({ name, kind }) => (
         <td key={name} className={`is-${kind}`}>
-          <Shown column={name} cell={row.cell(name)} />
+          <Shown column={name} text={row.shown(name)} />
         </td>
       ))}
     </tr>

@@ -11,7 +11,7 @@ import { useAnswer } from "../shell/useAnswer";
 import { useDraft } from "../shell/useDraft";
 import { useTitle } from "../shell/useTitle";
 import { ColumnMenu } from "./ColumnMenu";
-import { chosenColumns, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
+import { chosenColumns, headed, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
 import { NoRuns } from "./NoRuns";
 import { QueryBox } from "./QueryBox";
 import { RunsTable } from "./RunsTable";
@@ -67,6 +67,7 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
   const all = useMemo(() => rowsOf(runs), [runs]);
   const named = query.get("columns");
   const columns = useMemo(() => chosenColumns(archive.columns, named, all), [archive.columns, named, all]);
+  const headings = useMemo(() => headed(columns, runs), [columns, runs]);
   const sort = useMemo(() => sortOf(query.get("sort")), [query]);
   const rows = useMemo(() => sorted(matching(all, columns, search), sort), [all, columns, search, sort]);
   const selected = useMemo(() => listed(query.get("selected")), [query]);
@@ -96,7 +97,7 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
         <NoRuns archive={archive} />
       ) : (
         <RunsTable
-          columns={columns}
+          columns={headings}
           all={all}
           rows={rows}
           sort={sort}

@@ -19,7 +19,7 @@ const COLUMNS = [
   columnOf("started", { kind: "date" }),
   columnOf("comment"),
 ];
-const rowOf = (cells: Record<string, Cell>) => ({ id: "", cell: (name: string) => cells[name] ?? null });
+const rowOf = (cells: Record<string, Cell>) => ({ id: "", cell: (name: string) => cells[name] ?? null, shown: () => "" });
 const ROWS = [
   rowOf({ material: "Si3N4 / steel", medium: "water vapor", load: [0.2, "200"], started: "2026-03-01 09:30" }),
   rowOf({ material: "WC-Co", medium: "air", started: "2026-03-01 13:10", comment: 'the "old" pin' }),

@@ -2,13 +2,14 @@ import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 
 import type { Cell, Column, Runs } from "../api";
-import { chosenColumns, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
+import { chosenColumns, headed, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
 
 const runsOf = (columns: string[], rows: Record<string, Cell[]>): Runs => ({
   revision: "1",
   ids: Object.keys(rows),
   columns,
   rows: Object.values(rows),
+  aligned: {},
 });
 
 const columnNamed = (name: string, shown = true): Column => ({
@@ -35,6 +36,19 @@ describe("rowsOf", () => {
   it("finds a cell by the name of its column; nothing is known of any other", () => {
     expect(rows.map((row) => row.cell("medium"))).toEqual(["dry air", "", "oil", null]);
     expect(rows[0]!.cell("colour")).toBeNull();
+  });
+});
+
+describe("headed", () => {
+  const runs = {
+    ...runsOf(["k_d"], { a: [[2e-15, "(2.0 ± 0.1)×10⁻⁹", 1e-16]], b: [null] }),
+    aligned: { k_d: { unit: "10⁻⁹ mm³/(N·mm)", texts: ["2.00 ± 0.10", ""] } },
+  };
+
+  it("puts one power of ten in the unit of a column, and shows its numbers under it", () => {
+    expect(headed([columnNamed("k_d")], runs)[0]!.unit).toBe("10⁻⁹ mm³/(N·mm)");
+    expect(rowsOf(runs).map((row) => row.shown("k_d"))).toEqual(["2.00 ± 0.10", ""]);
+    expect(rowsOf(runs)[0]!.cell("k_d")).toEqual([2e-15, "(2.0 ± 0.1)×10⁻⁹", 1e-16]);
   });
 });
 

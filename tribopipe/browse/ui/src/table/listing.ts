@@ -5,16 +5,22 @@ import { compareCells, textOf } from "./cells";
 export interface Row {
   id: string;
   cell(column: string): Cell;
+  /** The text beneath others of its column, under the unit of the heading. */
+  shown(column: string): string;
 }
 
 /** The rows of an answer. */
 export function rowsOf(runs: Runs): Row[] {
   const places = new Map(runs.columns.map((name, place) => [name, place]));
-  return runs.ids.map((id, number) => ({
-    id,
-    cell: (column) => runs.rows[number]?.[places.get(column) ?? -1] ?? null,
-  }));
+  return runs.ids.map((id, number) => {
+    const cell = (column: string): Cell => runs.rows[number]?.[places.get(column) ?? -1] ?? null;
+    return { id, cell, shown: (column) => runs.aligned[column]?.texts[number] ?? textOf(cell(column)) };
+  });
 }
+
+/** Columns with the units under which their rows are shown. */
+export const headed = (columns: Column[], { aligned }: Runs): Column[] =>
+  columns.map((column) => ({ ...column, unit: aligned[column.name]?.unit ?? column.unit }));
 
 /** Columns named in the address, in the archive's order; without an address the usual ones that say something. */
 export function chosenColumns(columns: Column[], named: string | null, rows: Row[]): Column[] {

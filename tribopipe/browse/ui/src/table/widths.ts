@@ -1,5 +1,4 @@
 import type { Column } from "../api";
-import { textOf } from "./cells";
 import type { Row } from "./listing";
 import { WIDTH } from "./sparkline";
 
@@ -39,7 +38,7 @@ export function columnWidths(columns: Column[], rows: Row[]): number[] {
   return [within(ids + BOX_EM * em), within(WIDTH), ...columns.map((column) => within(widest(column)))];
 
   function widest({ name, label, unit }: Column): number {
-    const cell = width(longest(rows.map((row) => textOf(row.cell(name)))));
+    const cell = width(longest(rows.map((row) => row.shown(name))));
     const head = Math.max(...label.split(" ").map((word) => width(word, 600)));
     return Math.max(cell, head + SIGN_EM * em, width(unit));
   }
