@@ -227,6 +227,26 @@ def test_run_page_has_three_screens_until_its_parts_are_opened(page, site, run_i
     assert page.locator("details.folded:not([open])").count() == 0
 
 
+PRINTED = {
+    "run": (PAGES["run"], 8),
+    "study": (PAGES["study"], 9),
+    "compare": (f"/compare?runs={RUN},{OTHER}", 1),
+}
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_the_key_for_printing_waits_for_plots_that_were_out_of_sight(page, site, name):
+    path, plots = PRINTED[name]
+    page.add_init_script("window.print = () => { document.body.dataset.asked = true }")
+    page.goto(site.of(path))
+    settle(page)
+    page.keyboard.press("Control+p")
+    expect(page.locator("body[data-asked]")).to_be_visible(timeout=60_000)
+    assert page.locator(".uplot").count() == plots
+    assert page.locator(".plot-skeleton, [aria-busy=true]").count() == 0
+    assert page.locator("details.folded:not([open])").count() == 0
+
+
 def test_h5web_opens_on_the_wear_curve(page, site):
     page.goto(site.of(f"/runs/{RUN}"))
     page.get_by_role("link", name=re.compile("Open in viewer", re.IGNORECASE)).first.click()

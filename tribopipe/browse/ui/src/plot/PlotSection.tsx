@@ -58,7 +58,12 @@ export default function PlotSection({ base, file, offer, height = HEIGHT, said =
           <PlotView plot={answer} onZoom={zoom} height={height} />
         </div>
       ) : (
-        error === null && <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />
+        error === null && (
+          <>
+            <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />
+            <p className="only-on-paper">This plot was not loaded yet. Print the page again with Ctrl+P.</p>
+          </>
+        )
       )}
     </figure>
   );

@@ -32,7 +32,7 @@ function StageOrigin({ stage }: { stage: Stage }) {
     <li>
       <h3>{stage.title}</h3>
       <Origin made={stage} of={stage.title} />
-      <Disclosure title="Options">
+      <Disclosure title="Options" printed={false}>
         {() => (
           <pre className="options" tabIndex={0} aria-label={`Options of ${stage.title}`} role="region">
             {JSON.stringify(stage.options, null, 2)}

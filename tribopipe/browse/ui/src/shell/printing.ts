@@ -15,10 +15,19 @@ function tell(now: boolean): void {
   flushSync(() => listeners.forEach((changed) => changed()));
 }
 
-/** Follow the browser's own printing; what is folded or out of sight is shown for it, in the light theme. */
+/**
+ * Follow the browser's own printing; what is folded or out of sight is shown for it, in the light theme.
+ *
+ * A browser does not wait for plots that were never in sight, so that its key is taken over; its menu cannot be.
+ */
 export function watchPrinting(): void {
   window.addEventListener("beforeprint", () => tell(true));
   window.addEventListener("afterprint", () => tell(false));
+  window.addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.shiftKey || event.altKey || event.key.toLowerCase() !== "p") return;
+    event.preventDefault();
+    void printWhole();
+  });
 }
 
 /** Print the whole page: wait for the plots that were not in sight yet. */

@@ -1,5 +1,6 @@
 import type { Study } from "../api";
 import { counted } from "../run/words";
+import { printWhole } from "../shell/printing";
 import { addressOf, fileHref, Link } from "../shell/router";
 import { studyApi } from "./places";
 
@@ -27,6 +28,9 @@ export function StudyHead({ study }: { study: Study }) {
         <Link className="button" href={fileHref(study.file, "")}>
           Open in viewer
         </Link>
+        <button type="button" className="button" onClick={() => void printWhole()}>
+          Print
+        </button>
         <a className="button" href={`/api/${studyApi(study.id)}/file`} download>
           Download HDF5
         </a>
