@@ -402,7 +402,7 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
         (lambda s: 1 / s, "expected one finite factor at each distance"),
         (lambda *s: s[0], "arguments cannot be determined"),
         (3, "arguments cannot be determined"),
-        (wrong_unit, "found 'furlong' as the unit of length; expected an SI unit: m, "),
+        (wrong_unit, "found 'furlong' as the unit of length; expected one of m, "),
     ],
 )
 def test_function_that_is_no_law_is_one_sentence(function, said, known):

@@ -240,7 +240,7 @@ def test_without_a_browser_the_way_out_is_said(tested, run_cli, tmp_path, monkey
 @pytest.mark.skipif(shutil.which("false") is None, reason="no program that fails")
 def test_a_browser_that_prints_nothing_is_named(monkeypatch):
     monkeypatch.setattr(rendering, "_browsers", lambda: iter([shutil.which("false")]))
-    with pytest.raises(TribopipeError, match="did not create a PDF"):
+    with pytest.raises(TribopipeError, match="found no PDF"):
         rendering.printed("<p>")
 
 

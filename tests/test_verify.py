@@ -312,7 +312,7 @@ def test_prediction_whose_reference_is_gone_is_noted(copied):
     (copied / FILE_NAME).unlink()
     take_out(Archive(copied), "si3n4-air", study=True)
     take_out(Archive(copied), PIN)
-    assert set(found(verify(Archive(copied)))) == {("note", "reference"), ("note", "catalogue")}
+    assert set(found(verify(Archive(copied)))) == {("note", "reference"), ("note", "catalog")}
 
 
 def test_what_a_killed_writer_left_is_named(small):
@@ -348,7 +348,7 @@ def test_run_that_was_put_in_by_hand_and_is_gone_is_told_by_the_catalogue(small)
     catalogued(small)
     by_hand.unlink()
     (told,) = verify(Archive(small)).findings
-    assert (told.severity, told.code, told.where) == ("warning", "catalogue", "another.h5")
+    assert (told.severity, told.code, told.where) == ("warning", "catalog", "another.h5")
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no database" * 99])
@@ -356,7 +356,7 @@ def test_lost_or_damaged_catalogue_is_a_note_and_stays_as_it_is(small, content):
     (small / FILE_NAME).unlink()
     if content is not None:
         (small / FILE_NAME).write_bytes(content)
-    assert found(verify(Archive(small))) == [("note", "catalogue")]
+    assert found(verify(Archive(small))) == [("note", "catalog")]
     assert (small / FILE_NAME).is_file() == (content is not None)
 
 
@@ -368,7 +368,7 @@ def test_catalogue_that_tells_a_run_wrong_is_told(small):
         connection.execute("DELETE FROM runs")
         connection.execute(f"INSERT INTO runs VALUES ({places})", [*row, sum_of(tuple(row))])  # noqa: S608, of ? alone
     (finding,) = verify(Archive(small)).findings
-    assert (finding.severity, finding.code, finding.where) == ("warning", "catalogue", f"{DISC}.h5")
+    assert (finding.severity, finding.code, finding.where) == ("warning", "catalog", f"{DISC}.h5")
 
 
 @pytest.mark.slow

@@ -347,7 +347,7 @@ class _Look:
     def _packed(self, path: str, made: h5p.PropDCID, size: int) -> None:
         filters = [made.get_filter(number)[0] for number in range(made.get_nfilters())]
         if filters not in ([], _FILTERS):
-            self._refuse(path, "values compressed with other filters")
+            self._refuse(path, "values compressed with a filter that tribopipe does not use")
         if prod(made.get_chunk()) * size > MOST_CHUNK:
             self._refuse(path, f"chunks of more than {MOST_CHUNK:,} bytes")
 

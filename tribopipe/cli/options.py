@@ -123,7 +123,9 @@ Law = Annotated[
     ),
 ]
 Friction = Annotated[str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')]
-Speed = Annotated[str | None, typer.Option(help="Different sliding speed, or speed of the crowned disc.")]
+Speed = Annotated[
+    str | None, typer.Option(help="Sliding speed, or speed of the crowned disc; default: that of the run.")
+]
 Pressure = Annotated[
     WearEngine | None,
     typer.Option(

@@ -100,7 +100,7 @@ def predict(
         list[str] | None,
         typer.Option(help='Wear depth at which to calculate the sliding distance, such as "30 um"; may be repeated.'),
     ] = None,
-    load: Annotated[str | None, typer.Option(help='Different normal load, such as "400 mN".')] = None,
+    load: Annotated[str | None, typer.Option(help='Normal load, such as "400 mN"; default: that of the run.')] = None,
     speed: Speed = None,
     source: Annotated[
         list[str] | None,
@@ -114,10 +114,12 @@ def predict(
             autocompletion=archived_ids,
         ),
     ] = None,
-    radius: Annotated[str | None, typer.Option(help='Different pin radius, such as "2 mm".')] = None,
-    slip: Annotated[str | None, typer.Option(help='Different slip for twin discs, such as "10 %".')] = None,
+    radius: Annotated[str | None, typer.Option(help='Pin radius, such as "2 mm"; default: that of the run.')] = None,
+    slip: Annotated[
+        str | None, typer.Option(help='Slip of twin discs, such as "10 %"; default: that of the run.')
+    ] = None,
     crown_radius: Annotated[
-        str | None, typer.Option(help='Different crown radius of the crowned disc, such as "8 mm".')
+        str | None, typer.Option(help='Radius of the crowned disc, such as "8 mm"; default: that of the run.')
     ] = None,
     distance: Annotated[
         DistanceConvention | None,

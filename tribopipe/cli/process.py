@@ -161,8 +161,8 @@ def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":
         path = store.path(run_id)
         if not path.exists():
             error = ArchiveError(
-                f"{path}: found no file, although a worker reported that it was archived; expected an archive folder "
-                "that all machines share; specify it with --archive"
+                f"{path}: found no file, although a worker reported that the run was archived; expected an archive "
+                "folder that all machines share; specify it with --archive"
             )
             yield Outcome.failed(run_id, "ingest", error)
 

@@ -143,7 +143,7 @@ def _kind(title: str, one: inspect.Parameter) -> str:
     if not kinds:
         known = ", ".join(dict.fromkeys(kind.si for kind in KINDS.values()))
         raise FitError(
-            f"{title}: found {said!r} as the unit of {one.name}; expected an SI unit: {known}; annotate the argument "
+            f"{title}: found {said!r} as the unit of {one.name}; expected one of {known}; annotate the argument "
             "with an SI unit"
         )
     return "distance" if "distance" in kinds else kinds[0]

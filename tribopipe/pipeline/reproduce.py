@@ -19,7 +19,7 @@ from typing import Any
 
 import h5py
 
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, inputs_digest
+from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, inputs_digest, step_in_words
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy, read_study, write_study
 from tribopipe.base.arrays import Column
@@ -77,7 +77,10 @@ def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:
             f"{run_id}: found options of {step.name} that tribopipe cannot read; expected options written by "
             "tribopipe; run the step again"
         ) from None
-    raise ArchiveError(f"{run_id}: found {step.name} computed from {_another(step, others)}; run the step again")
+    raise ArchiveError(
+        f"{run_id}: found {step_in_words(step.name)} computed from {_another(step, others)}; run "
+        f"`tribopipe process {run_id}`"
+    )
 
 
 def _another(step: Step, others: Sequence[PlannedStep]) -> str:
@@ -85,8 +88,8 @@ def _another(step: Step, others: Sequence[PlannedStep]) -> str:
     if not others:
         return f"a wear coefficient of {step.options.get('reference')}; expected that coefficient in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]
-    another = f"a different {' and '.join(changed)}" if changed else "different inputs"
-    return f"{another} than the archive now contains; expected the same inputs"
+    another = " and ".join(map(step_in_words, changed)) if changed else "inputs"
+    return f"{another} that the archive no longer contains; expected those in the archive"
 
 
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:

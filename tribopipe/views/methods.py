@@ -319,8 +319,8 @@ _LOCAL = Method(
 )
 _DISCS = Method(
     "Global Incremental Wear Model of two discs",
-    "The contact of the discs is flat, with the half width a_x across and the half length a_z along the direction of "
-    "rolling:",
+    "The contact area of the discs is flat, with half width a_x across and half length a_z along the rolling "
+    "direction:",
     (
         Equation(r"u = \frac{F_N}{2 E_c \sqrt{a_x a_z}}", "10"),
         Equation(r"a_z^2 = κ^2 \frac{4 F_{N l} r_{\text{eq}}}{π E_c}", "12, 15"),

@@ -37,18 +37,16 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
     """
     look = Look(FILE_NAME)
     if not (archive / FILE_NAME).is_file():
-        look.note("catalogue", "found no catalog; expected a catalog", _LS)
+        look.note("catalog", "found no catalog; expected a catalog", _LS)
         return [look]
     try:
         with closing(read_only(archive)) as kept, closing(in_memory()) as rebuilt:
             return [*_gone(archive, kept, recorded), *_different(archive, sound, kept, rebuilt)]
     except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
         if not is_damage(error):
-            look.error("catalogue", f"cannot be read ({error}); expected a readable file", "verify again")
+            look.error("catalog", f"cannot be read ({error}); expected a readable file", "verify again")
             return [look]
-        look.note(
-            "catalogue", f"found a damaged or outdated catalog ({error}); expected a catalog of this version", _LS
-        )
+        look.note("catalog", f"found a damaged or outdated catalog ({error}); expected a catalog of this version", _LS)
         return [look]
 
 
@@ -56,7 +54,7 @@ def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterat
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
         message = "found no file, although the catalog lists it; expected the file"
-        look.warning("catalogue", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
+        look.warning("catalog", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
 
@@ -75,7 +73,7 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
             message = (
                 "found content that differs from the catalog, without a recorded change; expected the same content"
             )
-            look.warning("catalogue", message, f"restore it from a copy if it is damaged; otherwise remove {FILE_NAME}")
+            look.warning("catalog", message, f"restore it from a copy if it is damaged; otherwise remove {FILE_NAME}")
             yield look
 
 

@@ -24,7 +24,7 @@ CheckName = Literal[
     "nexus",
     "folder",
     "history",
-    "catalogue",
+    "catalog",
     "recompute",
 ]
 RESTORE = "restore the file from a copy, or save its intact source files with `tribopipe rescue`"

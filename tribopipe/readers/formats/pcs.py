@@ -180,7 +180,7 @@ def _last_step(head: Sequence[str]) -> str | None:
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
         f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected column "
-        "names such as 'Step Time (s)' in the line before; correct that line, or export the test again"
+        "names such as 'Step Time (s)' in the line above the data; correct that line, or export the test again"
     )
 
 

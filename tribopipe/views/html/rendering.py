@@ -273,11 +273,15 @@ def printed(document: str) -> bytes:
         try:
             done = subprocess.run(words, capture_output=True, timeout=_LONGEST, check=False)  # noqa: S603, none of a shell
         except subprocess.TimeoutExpired:
-            raise TribopipeError(f"report: {browser} took over {_LONGEST} s to print; omit --pdf") from None
+            raise _no_pdf(f"{browser} after {_LONGEST} s") from None
         if not pdf.is_file():
             last = (done.stderr.decode("utf-8", "replace").splitlines() or ["no message"])[-1]
-            raise TribopipeError(f"report: {browser} did not create a PDF ({last}); omit --pdf and print the HTML file")
+            raise _no_pdf(f"{browser} ({last})")
         return pdf.read_bytes()
+
+
+def _no_pdf(source: str) -> TribopipeError:
+    return TribopipeError(f"report: found no PDF from {source}; expected a PDF; omit --pdf and print the HTML file")
 
 
 def _browsers() -> Iterator[str]:
