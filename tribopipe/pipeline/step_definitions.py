@@ -215,7 +215,9 @@ def prediction(
     def compute() -> Found:
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
         scenario = run_scenario(run, law, known, friction, recipe)
-        load = archive.manifest(reference).conditions.normal_load
+        # A study, whose runs may have several loads, is no run of the archive.
+        is_run = archive.path(reference).is_file()
+        load = archive.manifest(reference).conditions.normal_load if is_run else None
         end = [float(np.nanmax(run.progress))]
         result = predict_wear(scenario, end, reference=reference, reference_load=load)
         return Found(result, _curves(predicted_curves(run, scenario, result)))
