@@ -1,6 +1,7 @@
 """k_D by local wear: recovered from runs worn locally, held against the GIWM's, and predicted from as it was fitted."""
 
 import json
+import re
 from dataclasses import replace
 from functools import partial
 
@@ -79,6 +80,22 @@ def problem_of(raw: RawRun, engine: str) -> WearProblem:
     problem = wear_problem(correct_drift(raw, how), "archard", None, how)
     assert isinstance(problem, WearProblem)
     return problem
+
+
+@pytest.mark.parametrize("run_id", [HEAVY, NITRIDE])
+@pytest.mark.parametrize("engine", ["giwm", "volume"])
+def test_fit_says_what_local_pressure_would_make_of_k_d(locally_worn, run_id, engine):
+    raw = locally_worn(*CASES[run_id], disc_wear_depth=None)
+    fit, local = (
+        fit_wear(correct_drift(raw, how), recipe=how) for how in (recipe(engine, "model"), recipe("local", "model"))
+    )
+    found = [finding for finding in fit.findings if finding.code == "depends_on_engine"]
+    one, other = (each.first.wear_coefficient for each in (fit, local))
+    apart = abs(one.value - other.value) / one.standard_uncertainty
+    assert [finding.severity for finding in found] == (["warning"] if apart > 3 else ["note"] if apart > 1 else [])
+    if found:
+        stated = float(re.search(r"would be ([\d.]+)×10⁻¹²", found[0].message)[1])
+        assert stated == pytest.approx(other.value * 1e18, rel=1e-3)
 
 
 def test_first_order_sensitivities_are_those_of_refitting(locally_worn):

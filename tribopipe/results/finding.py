@@ -120,6 +120,7 @@ TITLES: Mapping[str, str] = {
     "depth_spikes": "spikes in the depth signal",
     "depends_on_drift_prior": "k_D depends on the assumed drift",
     "depends_on_settling_prior": "k_D depends on the assumed settling",
+    "depends_on_engine": "k_D depends on the assumed pressure",
 }
 """Titles by code of the finding."""
 

@@ -24,7 +24,7 @@ from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import depth_model
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
-from tribopipe.evaluation.wear.findings import prior_findings, wear_findings
+from tribopipe.evaluation.wear.findings import engine_findings, prior_findings, wear_findings
 from tribopipe.evaluation.wear.law_parameters import held_notes, with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import NOISE, budget, coefficient_draws, input_covariance
@@ -126,9 +126,10 @@ class CurveFit:
     def _findings(self, coefficient: Quantity) -> tuple[Finding, ...]:
         if self.whole is None:
             return ()
+        by_engine = engine_findings(self.whole, coefficient)
         if self.problem is not self.whole:
-            return tuple(wear_findings(self.whole, coefficient))
-        return *wear_findings(self.whole), *prior_findings(self.whole, coefficient)
+            return *wear_findings(self.whole, coefficient), *by_engine
+        return *wear_findings(self.whole), *prior_findings(self.whole, coefficient), *by_engine
 
 
 def _by_whole_reading(whole: DepthProblem | None, recipe: Recipe) -> dict[str, Any]:

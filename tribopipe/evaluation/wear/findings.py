@@ -11,6 +11,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, show
+from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
@@ -76,6 +77,10 @@ DECISIVE = 4.6
 Where it has, the odds are as large in less than one of a hundred runs (Markov's inequality).
 """
 _PROBABLE = 0.8
+_WORTH_A_FIT = 0.7
+"""Standard uncertainties that a shift has to be, about, for k_D to be fitted by another engine as well."""
+_FAR = 3.0
+"""Standard uncertainties from which on a k_D of another engine is another k_D."""
 
 
 def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> Iterator[Finding]:
@@ -114,6 +119,37 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
                 ),
                 remedy=remedy,
             )
+
+
+def engine_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
+    """Report a k_D that local pressure would shift by more than its standard uncertainty, as a warning by three."""
+    u = coefficient.standard_uncertainty or np.inf
+    if _shift_by_engine(problem, coefficient) < _WORTH_A_FIT * u:
+        return
+    local = wear_coefficient(replace(problem, engine="local").coefficient())
+    apart = abs(local.value - coefficient.value) / u
+    if apart > 1:
+        yield Finding(
+            severity="warning" if apart > _FAR else "note",
+            code="depends_on_engine",
+            where="depth",
+            message=(
+                f"k_D would be {local.shown(WEAR_COEFFICIENT)} under {problem.law.title} with local pressure, a shift "
+                f"of {apart:.1f} standard uncertainties, because the wear depth is small compared with the elastic "
+                "approach"
+            ),
+            remedy="run a longer test, or use --engine local",
+        )
+
+
+def _shift_by_engine(problem: DepthProblem, coefficient: Quantity) -> float:
+    """Return by how much local pressure shifts k_D, m²/N, as far as the volume at the final depth tells."""
+    if problem.engine == "local" or problem.contact.pin.shape != "spherical":
+        return 0.0
+    volume = coefficient.value * problem.unit_volume(problem.values, np.asarray([problem.trace.slid]))
+    depth = problem.pin(problem.values).worn(volume).depth
+    ratio = pin_curve(problem.contact, problem.values, "local").volume(depth) / volume
+    return abs(float(ratio[0]) - 1) * coefficient.value
 
 
 def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
