@@ -211,13 +211,15 @@ def quantities(node) -> list[dict]:
     return [one for part in node for one in quantities(part)] if isinstance(node, list | tuple) else []
 
 
-def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html):
+def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html, run_cli):
     known = known_uncertainties(studied) | {initial_friction(studied, run_id) for run_id in (LIGHT, AGAIN)}
     text = study_html.text
     for svg in study_html.all("svg"):  # where formulas have each letter on its own
         text = text.replace(" ".join(svg.text.split()), "")
     pages = {"report": text, "study": repr(study_page(studied, "air"))}
     pages |= {run_id: repr(run_page(studied, run_id)) for run_id in (LIGHT, HEAVY, NO_END)}
+    shown = (("study", "show", "air"), ("show", LIGHT), ("show", LIGHT, "-v"), ("show", NO_END, "-v"))
+    pages |= {" ".join(words): run_cli(*words, "--archive", studied.folder).stdout for words in shown}
     found = {name: set(_WITH_U.findall(text)) for name, text in pages.items()}
     assert all(len(one) > 5 for one in found.values())
     others = {name: found[name] - known for name in pages}
