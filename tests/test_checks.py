@@ -828,3 +828,13 @@ def test_elastic_scar_names_the_larger_error_of_a_fit_with_a_depth_signal(sound,
     small = manifest(end_values__pin_scar_diameter="40 um")(sound)
     (finding,) = found_by("elastic_scar", small if recorded else without("depth")(small))
     assert ("several times this fraction" in finding.remedy) == recorded
+
+
+@pytest.mark.parametrize(("levels", "warns"), [(8, False), (200, True)])
+def test_a_plateau_of_a_coarse_reading_is_not_a_saturated_sensor(sound, levels, warns):
+    def flattens(depth):
+        reading = np.minimum(np.linspace(0, 2, len(depth)), 1.0)
+        return np.round(reading * levels) / levels * 1e-5
+
+    run = both(measured("depth"), column("depth", flattens))(sound)
+    assert bool(found_by("clipped_signal", run)) == warns

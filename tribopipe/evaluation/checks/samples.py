@@ -52,6 +52,8 @@ _OFTEN = 0.1
 """Share of the samples with the time of the one before from which on the clock may be slower than the sampling."""
 _CLIPPED, _PILED_UP = 0.02, 5.0
 """Share of the samples at the end of a range, and multiple of those next to it, from which on a sensor is clipped."""
+_FEWEST_LEVELS = 16
+"""Different values of a signal below which the last one may hold many samples by rounding."""
 _WITHOUT_FRICTION, _LOST = 0.05, 0.03
 """Share of the usual friction below which bodies do not touch, and that of ∫F_N ds from which on it is reported."""
 _SLIPPERY = 0.01
@@ -401,7 +403,7 @@ def clipped_signal(run: RawRun) -> Iterator[Trouble]:
             continue
         levels, counts = np.unique(values[np.isfinite(values)], return_counts=True)
         for end, beside in ((-1, -2), (0, 1)):
-            if len(levels) > 2 and levels[end] != 0 and _piled_up(counts, end, beside):
+            if len(levels) >= _FEWEST_LEVELS and levels[end] != 0 and _piled_up(counts, end, beside):
                 yield Trouble(
                     name,
                     f"found {_shown(name, levels[end])}, the {'highest' if end else 'lowest'} value, in "
