@@ -143,7 +143,7 @@ def engine_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fi
 
 
 def _shift_by_engine(problem: DepthProblem, coefficient: Quantity) -> float:
-    """Return by how much local pressure shifts k_D, m²/N, as far as the volume at the final depth tells."""
+    """Return by how much local pressure shifts k_D, m²/N, as far as the volume at the final depth shows."""
     if problem.engine == "local" or problem.contact.pin.shape != "spherical":
         return 0.0
     volume = coefficient.value * problem.unit_volume(problem.values, np.asarray([problem.trace.slid]))
