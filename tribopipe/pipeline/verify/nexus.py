@@ -152,6 +152,11 @@ def _missing_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fa
             yield Fault(path, f"found no {part.name!r}; expected {_kind_of(part)} of this name")
         elif part.required and isinstance(part, GroupPart) and not part.name and part.nx_class not in classes:
             yield Fault(path, f"found no {part.nx_class}; expected at least one group of this class")
+    # A pin may be a ball instead, which NXDL has no way to say.
+    bodies = [part for part in declared.members if isinstance(part, GroupPart) and part.nx_class == "NXsample"]
+    either = [part.name for part in bodies if not part.required]
+    if either and not any(name in group.members for name in either):
+        yield Fault(path, f"found no {' or '.join(map(repr, either))}; expected a group of this name")
 
 
 def _attribute_faults(path: str, group: Group, declared: GroupPart) -> Iterator[Fault]:
