@@ -1,11 +1,11 @@
 """Delimited text in every dialect, and every way in which such a file can be broken."""
 
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hanging import ends_soon
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -450,9 +450,8 @@ def test_quotation_mark_without_partner():
 
 def test_million_columns_are_refused_at_once():
     names = ",".join(f"c{n}" for n in range(1_000_000))
-    started = time.perf_counter()
-    assert "1000 columns" in refusal(f"{names}\n1,2\n")
-    assert time.perf_counter() - started < 2
+    with ends_soon():
+        assert "1000 columns" in refusal(f"{names}\n1,2\n")
 
 
 def test_too_many_columns():
@@ -463,10 +462,9 @@ def test_too_many_columns():
 @pytest.mark.parametrize("before", [b"", b"Time;Depth\n"])
 def test_one_line_of_100_megabytes_is_refused_at_once(before):
     content = before + b"7" * 100_000_000
-    started = time.perf_counter()
-    assert "characters in one line" in refusal(content)
-    assert confidence(content) == 0
-    assert time.perf_counter() - started < 2
+    with ends_soon():
+        assert "characters in one line" in refusal(content)
+        assert confidence(content) == 0
 
 
 def test_encoding_named_wrongly():

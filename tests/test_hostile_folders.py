@@ -4,13 +4,14 @@ import os
 import re
 import socket
 import sys
-import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
 from built_files import Xml, ods, tdms, xlsx
 from folders import replace_in, set_key, tree_bytes
+from hanging import ends_soon
 from reader_examples import EXAMPLES
 from small_exports import UMT, read
 
@@ -31,18 +32,15 @@ from tribopipe.readers.reader import readers
 from tribopipe.readers.toml_reader import DescribedReader
 from tribopipe.results.run import SourceFile
 
-AT_ONCE = 5.0
-
 
 @pytest.fixture
 def refusal(sample_run, archive):
     """Give a function that says how the run is refused, and checks that nothing else happened."""
 
     def refused() -> str:
-        before, start = tree_bytes(archive), time.monotonic()
-        with pytest.raises(TribopipeError) as caught:
+        before = tree_bytes(archive)
+        with ends_soon(), pytest.raises(TribopipeError) as caught:
             ingest(sample_run, Archive(archive))
-        assert time.monotonic() - start < AT_ONCE
         assert tree_bytes(archive) == before
         assert str(caught.value).isprintable()
         return str(caught.value)
@@ -154,12 +152,10 @@ def test_folders_in_folders_in_folders(tmp_path):
 # --- documents ---
 
 
-def absurd(name: str, text: str) -> str:
+def absurd(text: str) -> str:
     """Say how a document of a run is refused."""
-    start = time.monotonic()
-    with pytest.raises(ManifestError) as caught:
+    with ends_soon(), pytest.raises(ManifestError) as caught:
         read_document(parse_toml(Path("run.toml"), text.encode()), RunManifest, where="run.toml")
-    assert time.monotonic() - start < AT_ONCE, name
     return str(caught.value)
 
 
@@ -182,7 +178,7 @@ DOCUMENTS = {
 @pytest.mark.parametrize("case", DOCUMENTS)
 def test_an_absurd_document_is_refused_at_once(case):
     text, words = DOCUMENTS[case]
-    assert words in absurd(case, text)
+    assert words in absurd(text)
 
 
 def test_a_zero_byte_in_a_text_is_refused(sample_run, refusal):
@@ -220,11 +216,10 @@ def test_what_nobody_can_have_measured_is_refused(sample_run, refusal, written):
 
 
 def test_a_unit_behind_a_megabyte_of_blanks():
-    start = time.monotonic()
-    with pytest.raises(TribopipeError):
-        parse("1" + " " * 1_000_000 + "x", "length")
-    assert parse("1 mm" + " " * 1_000_000, "length") == 1e-3
-    assert time.monotonic() - start < AT_ONCE
+    with ends_soon():
+        with pytest.raises(TribopipeError):
+            parse("1" + " " * 1_000_000 + "x", "length")
+        assert parse("1 mm" + " " * 1_000_000, "length") == 1e-3
 
 
 def test_what_a_sentence_quotes_is_cut_and_written_out():
@@ -260,11 +255,10 @@ def test_a_pattern_that_never_ends_is_ended(monkeypatch):
         {**RIG, "detect": "^(a+)+$", "starts_at": "^(t+)+$", "separator": ";"}, ReaderProfile, where="rig"
     )
     content = b"t;w\n" + b"a" * 60 + b"b\n1;2\n"
-    start = time.monotonic()
-    match = DescribedReader(profile).match(SourceFile("x.csv", content))
+    with ends_soon():
+        match = DescribedReader(profile).match(SourceFile("x.csv", content))
     assert match.confidence == 0
     assert "found a search for '^(a+)+$' that does not end" in match.why
-    assert time.monotonic() - start < 4 * AT_ONCE
 
 
 def test_a_date_written_twice_is_refused():
@@ -280,22 +274,18 @@ def test_a_date_written_twice_is_refused():
 LONG = 120_000
 
 
-def timed(reader, content: bytes) -> None:
-    start = time.monotonic()
-    try:
+def match_and_read(reader, content: bytes) -> None:
+    with ends_soon(), suppress(ReaderError):
         reader.match(SourceFile("x.csv", content))
         read(reader, content)
-    except ReaderError:
-        pass
-    assert time.monotonic() - start < AT_ONCE
 
 
 @pytest.mark.parametrize("token", [b" ", b"[", b"(a", b"1\t", b","])
 def test_a_line_that_repeats_one_sign_is_judged_at_once(token):
     line = token * (LONG // len(token))
-    timed(DelimitedReader(), b"Time [s];Dep" + line + b"th [um]\n0,5;1\n1,0;2\n")
-    timed(UmtReader(), UMT.replace(b"Created", line + b"Created", 1))
-    timed(UmtReader(), UMT.replace(b"Step No", b"Radius" + line + b"\nStep No", 1))
+    match_and_read(DelimitedReader(), b"Time [s];Dep" + line + b"th [um]\n0,5;1\n1,0;2\n")
+    match_and_read(UmtReader(), UMT.replace(b"Created", line + b"Created", 1))
+    match_and_read(UmtReader(), UMT.replace(b"Step No", b"Radius" + line + b"\nStep No", 1))
 
 
 def test_the_load_is_looked_for_among_forces_beyond_all_use():
@@ -303,14 +293,13 @@ def test_the_load_is_looked_for_among_forces_beyond_all_use():
     (example, *_) = EXAMPLES["bruker-umt"]
     content = re.sub(rb",-19[89]\.963455,", b",1e308,", example.content)
     assert content.count(b"1e308") == 4
-    timed(UmtReader(), content)
+    match_and_read(UmtReader(), content)
 
 
 def test_a_thousand_columns_of_one_name():
     header, row = ",".join(["a"] * 1000), ",".join(["1.5"] * 1000)
-    start = time.monotonic()
-    table = read(DelimitedReader(), f"{header}\n{row}\n{row}\n".encode())
-    assert time.monotonic() - start < AT_ONCE
+    with ends_soon():
+        table = read(DelimitedReader(), f"{header}\n{row}\n{row}\n".encode())
     assert [column.name for column in table.columns][::333] == ["a", "a (334)", "a (667)", "a (1000)"]
 
 
@@ -318,7 +307,7 @@ def test_a_row_of_a_hundred_thousand_fields(sample_run, refusal):
     (example,) = EXAMPLES["anton-paar"]
     first = example.content.index(b"Time [s]\t")
     content = example.content[:first] + b"\t" * 100_000 + example.content[first:]
-    timed(readers()["anton-paar"], content)
+    match_and_read(readers()["anton-paar"], content)
     (sample_run / "signals.csv").write_bytes(content)
     assert "signals.csv" in refusal()
 
@@ -379,7 +368,5 @@ A_BILLION = Xml(
 
 @pytest.mark.parametrize("bomb", [xlsx({"D": [["t", "w"], [FAR_AWAY]]}), ods({"D": [["t", "w"], [A_BILLION]]})])
 def test_a_small_workbook_that_declares_billions_of_cells(bomb):
-    start = time.monotonic()
-    with pytest.raises(ReaderError):
+    with ends_soon(), pytest.raises(ReaderError):
         read(readers()["workbook"], bomb)
-    assert time.monotonic() - start < 2 * AT_ONCE

@@ -1,10 +1,10 @@
 """Frames of a load-cell indicator: bytes or names of control characters, a motion flag, and no time."""
 
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hanging import ends_soon
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_exports import FRAMES, check_every_cut, claimed_by, read
@@ -98,10 +98,8 @@ def test_other_files_are_refused(content, message):
 
 
 def test_one_endless_line_is_refused_at_once():
-    started = time.perf_counter()
-    with pytest.raises(ReaderError, match="no complete frame"):
+    with ends_soon(), pytest.raises(ReaderError, match="no complete frame"):
         read(READER, b"<STX>" + b"7" * 30_000_000)
-    assert time.perf_counter() - started < 2
 
 
 def test_real_file():
