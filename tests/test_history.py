@@ -189,26 +189,6 @@ def test_a_read_only_run_stays_and_no_alarm_follows(run_cli, folder):
     assert errors(folder) == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("catalogue", [True, False])
-@pytest.mark.parametrize("attack", ATTACKS)
-def test_of_every_file_they_are_seen(run_cli, sample_archive, tmp_path, attack, catalogue):
-    whole = Path(shutil.copytree(sample_archive.folder, tmp_path / "whole"))
-    Archive(whole).put_study(study("first"))
-    names = [path.relative_to(whole).as_posix() for path in sorted(whole.rglob("*.h5"))]
-    elsewhere = Path(shutil.copytree(whole, tmp_path / "elsewhere"))
-    for name in names:
-        rewrite(elsewhere, name, "of another")
-    missed = []
-    for name in names:
-        folder = Path(shutil.copytree(whole, tmp_path / "archive"))
-        if not all(attacked(run_cli, folder, name, attack, elsewhere / name, catalogue=catalogue)):
-            missed.append(name)
-        shutil.rmtree(folder)
-    assert len(names) >= 4
-    assert missed == []
-
-
 @pytest.mark.parametrize("attack", [exchange, roll_back])
 def test_writing_to_an_exchanged_file_does_not_hide_it(folder, tmp_path, attack):
     older = Path(shutil.copy(folder / FILES[0], tmp_path))
