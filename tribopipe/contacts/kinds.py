@@ -4,7 +4,8 @@ from collections.abc import Callable, Collection
 from typing import NamedTuple
 
 from tribopipe.base.errors import ContactError
-from tribopipe.contacts.pin_on_disc import PinAndTrackWear, PinWear
+from tribopipe.contacts.pin_on_disc import PinWear
+from tribopipe.contacts.pin_on_track import PinAndTrackWear
 from tribopipe.contacts.twin_disc import TwinDiscWear
 from tribopipe.contacts.wear import ContactWear
 from tribopipe.documents.contact import Contact, SlidingPin
