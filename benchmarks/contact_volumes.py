@@ -1,15 +1,23 @@
-"""How often intervals of k_D by wear volume hold it, of either body of every contact.
+"""How often intervals of k_D by wear volume hold it, of either body of every contact, and how wide and costly they are.
 
     python benchmarks/contact_volumes.py --labs 1000 --write docs/results/contact_volumes.md
 
 Each laboratory tests one pair of bodies with true coefficients of its own, under a load, with radii and a path that are
 off within what its run.toml states, and measures scars, tracks, volumes and masses with errors drawn from what it
-states of them. Where a ball lies in a groove, both shapes are found slice by slice; where not, closed formulas are
-solved for the scar. Nothing of that is shared with tribopipe.
+states of them. Where a ball lies in a groove, both shapes are found slice by slice, and the groove's section differs
+from that of rigid bodies as much as their sections differ among each other; where not, closed formulas are solved for
+the scar. Nothing of that is shared with tribopipe.
+
+The ideal estimator knows all of this, and how each reading changes with each coefficient and each input at the truth:
+its standard uncertainty is that of generalized least squares there.
 """
 
+import statistics
+import time
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,202 +26,316 @@ from labs import Report, arguments, in_parallel, share
 from numpy.random import Generator
 from scipy.optimize import brentq
 
+from tribopipe import read_run
 from tribopipe.base.arrays import Column
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.measurement_fit import volume_fit
 from tribopipe.results.run import RawRun
 
 _LOAD, _RADIUS, _PATH, _DENSITY = 0.01, 0.001, 0.005, 0.005
 """Relative standard uncertainties that every laboratory states."""
+_SHAPE = (2 / 3 - 3 * np.pi / 16) / (2 / 3 + 3 * np.pi / 16) / np.sqrt(3)
+"""That of the section of a real groove of known width: between those that rigid bodies make of it at the extremes."""
 _SCAR = 5e-6
 """m, of the microscope."""
 _ENDS = 0.9
 """Length of both ends of a groove over half the length of the scar: strokes of 7 to 27 of these, cell by cell."""
 _SPREAD = np.log(3.0)
 """Coefficients are between a third and three times the usual ones."""
+_STEP = 1e-4
+"""Relative step of a difference quotient."""
+_DRAWS = 10_000
+_ALONE = Path(__file__).parents[1] / "sample_runs" / "si3n4-air-200mN"
 _SOFT = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+Truth = Mapping[str, float]
 
 
-class Lab(NamedTuple):
-    """What one laboratory writes down, and what is true."""
+@dataclass(frozen=True)
+class Rig:
+    """A contact as a laboratory sets it up."""
 
-    contact: dict[str, Any]
-    conditions: dict[str, Any]
-    ends: dict[str, Any]
+    kind: str
     distance: float
-    truth: dict[str, float]
-    """k_D by body, m²/N."""
+    usual: Mapping[str, float]
+    """Usual k_D by body, m²/N."""
+    inputs: Mapping[str, tuple[float, float]]
+    """What is stated of load, radii, path and so on: value and relative standard uncertainty."""
+    readings: Callable[["Rig", Truth], dict[str, float]]
+    """What instruments without errors would read, SI, by coefficients and inputs."""
+    document: Callable[["Rig"], dict[str, Any]]
+    """Contact and conditions as run.toml states them."""
+    repeats: Mapping[str, int]
+    """Number of times that a length is read; once where it is not told."""
+
+    def stated(self, name: str, unit: str, factor: float = 1.0) -> dict[str, Any]:
+        """Return an input with its standard uncertainty as run.toml states it."""
+        value, relative = self.inputs[name]
+        return {"value": factor * value, "unit": unit, "standard_uncertainty": relative * factor * value}
+
+    def spread(self, name: str, reading: float) -> float:
+        """Return the standard uncertainty of a reading, SI."""
+        if name.endswith("mass_loss"):
+            return 2e-8
+        if name.endswith("wear_volume"):
+            return 0.05 * reading
+        return 2 * _SCAR if name == "block_scar_width" else _SCAR
+
+    def ideal(self, truth: Truth) -> dict[str, float]:
+        """Return the relative standard uncertainty of each k_D by the ideal estimator."""
+        best = self.readings(self, truth)
+        slopes = {name: self._slope(name, truth) for name in truth}
+        covariance = np.diag(
+            [(self.spread(name, one) / one) ** 2 / self.repeats.get(name, 1) for name, one in best.items()]
+        )
+        for name, (_, relative) in self.inputs.items():
+            covariance += relative**2 * np.outer(slopes[name], slopes[name])
+        design = np.column_stack([slopes[body] for body in self.usual])
+        found = np.linalg.inv(design.T @ np.linalg.solve(covariance, design))
+        return dict(zip(self.usual, np.sqrt(np.diag(found)).tolist(), strict=True))
+
+    def _slope(self, name: str, truth: Truth) -> Column:
+        """Return how the logarithm of each reading changes with that of a coefficient or input."""
+        low, high = (
+            np.log(list(self.readings(self, {**truth, name: truth[name] * near}).values()))
+            for near in (1 - _STEP, 1 + _STEP)
+        )
+        return np.asarray((high - low) / (2 * _STEP))
+
+    def truth(self, rng: Generator) -> dict[str, float]:
+        """Draw what is true."""
+        coefficients = {
+            body: usual * float(np.exp(rng.uniform(-_SPREAD, _SPREAD))) for body, usual in self.usual.items()
+        }
+        off = {name: value * (1 + u * float(rng.standard_normal())) for name, (value, u) in self.inputs.items()}
+        return coefficients | off
+
+    def run(self, truth: Truth, rng: Generator, without: str = "") -> RawRun:
+        """Return the run as the laboratory writes it down, perhaps without one of its readings."""
+        measured: dict[str, Any] = {}
+        for name, true in self.readings(self, truth).items():
+            spread, count = self.spread(name, true), self.repeats.get(name, 1)
+            read = true + spread * rng.standard_normal(count)
+            if count > 1:
+                values = [f"{1e6 * one:.2f} um" for one in read]
+                measured[name] = {"values": values, "standard_uncertainty": "0.5 um"}
+                continue
+            unit = "kg" if name.endswith("mass_loss") else "m^3" if name.endswith("wear_volume") else "m"
+            measured[name] = {"value": max(float(read[0]), 0.0), "unit": unit, "standard_uncertainty": spread}
+        document = {"schema": "tribopipe.run/1", "id": "lab", "signals": [{"file": "none.csv"}], "end_values": measured}
+        measured.pop(without, None)
+        distance = np.linspace(0.0, self.distance, 20)
+        columns: dict[SignalName, Column] = {"time": distance.copy(), "sliding_distance": distance}
+        manifest = RunManifest.model_validate(document | self.document(self))
+        return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
 
 
-class Nominal(NamedTuple):
-    """Draws what is true about what a laboratory states."""
-
-    rng: Generator
-
-    def off(self, value: float, relative: float) -> float:
-        """Return a true value about a stated one."""
-        return value * (1 + relative * float(self.rng.standard_normal()))
-
-    def coefficient(self, usual: float) -> float:
-        """Return a true coefficient."""
-        return usual * float(np.exp(self.rng.uniform(-_SPREAD, _SPREAD)))
-
-    def measured(self, true: float, spread: float, unit: str = "m") -> dict[str, Any]:
-        """Return a measurement of a true value."""
-        read = max(true + spread * float(self.rng.standard_normal()), 0.0)
-        return {"value": read, "unit": unit, "standard_uncertainty": spread}
-
-    def repeated(self, true: float, spread: float, count: int) -> dict[str, Any]:
-        """Return readings of a true length that scatter, in µm."""
-        readings = true + spread * self.rng.standard_normal(count)
-        return {"values": [f"{1e6 * one:.2f} um" for one in readings], "standard_uncertainty": "0.5 um"}
-
-
-def stated(value: float, relative: float, unit: str) -> dict[str, Any]:
-    """Return a quantity with its standard uncertainty as run.toml states it."""
-    return {"value": value, "unit": unit, "standard_uncertainty": relative * value}
-
-
-def _ball_in_groove(draw: Nominal, kind: str) -> Lab:
-    """Draw a ball whose counterbody wears as well: scar length and track width are measured."""
-    reciprocating = kind == "reciprocating"
-    load, distance, radius = (10.0, 400.0, 3e-3) if reciprocating else (5.0, 1000.0, 3e-3)
-    path = 0.02 if reciprocating else 6e-3
-    usual = (2e-14, 5e-14) if reciprocating else (1e-15, 4e-13)
-    ball, track = (draw.coefficient(one) for one in usual)
-    work = draw.off(load, _LOAD) * distance
-    around = draw.off(path, _PATH) * (1 if reciprocating else 2 * np.pi)
-    true_radius = draw.off(radius, _RADIUS)
+def _ball_in_groove(rig: Rig, truth: Truth) -> dict[str, float]:
+    """Return scar length and track width of a ball whose counterbody wears as well."""
+    reciprocating = rig.kind == "reciprocating"
+    (ball, other), work = rig.usual, truth["load"] * rig.distance
+    around = truth["path"] * (1 if reciprocating else 2 * np.pi)
     scar = Outline(0.0, 0.0)
     for _ in range(4 if reciprocating else 1):
         # The groove of a stroke is longer than it, by about half the length of the scar.
         longer = around + (_ENDS * scar.length if reciprocating else 0.0)
-        scar = scar_outline(true_radius, track / ball / longer, ball * work)
-    other = "flat" if reciprocating else "disc"
-    pin = {"shape": "spherical", "radius": stated(radius, _RADIUS, "m"), "material": "ball", **_SOFT}
-    key = "stroke" if reciprocating else "track_radius"
-    return Lab(
-        {"kind": kind, "pin": pin, other: {"material": "steel", **_SOFT}},
-        {"normal_load": stated(load, _LOAD, "N"), key: stated(path, _PATH, "m")},
-        {
-            "pin_scar_length": draw.measured(2 * scar.length, _SCAR),
-            f"{other}_track_width": draw.measured(2 * scar.width, _SCAR),
-        },
-        distance,
-        {"pin": ball, other: track},
-    )
+        section = truth[other] / truth[ball] / longer / truth["shape"]
+        scar = scar_outline(truth["radius"], section, truth[ball] * work)
+    return {"pin_scar_length": 2 * scar.length, f"{other}_track_width": 2 * scar.width}
 
 
-def _block_on_ring(draw: Nominal, _: str) -> Lab:
-    """Draw a block and its ring: the width of the scar is measured, and the ring is weighed."""
-    load, distance, radius, width, density = 134.0, 586.0, 17.5e-3, 6.35e-3, 7850.0
-    block, ring = draw.coefficient(5e-15), draw.coefficient(8e-16)
-    work, true_radius = draw.off(load, _LOAD) * distance, draw.off(radius, _RADIUS)
+def _ball(rig: Rig) -> dict[str, Any]:
+    _, other = rig.usual
+    pin = {"shape": "spherical", "radius": rig.stated("radius", "m"), "material": "ball", **_SOFT}
+    key = "stroke" if rig.kind == "reciprocating" else "track_radius"
+    return {
+        "contact": {"kind": rig.kind, "pin": pin, other: {"material": "steel", **_SOFT}},
+        "conditions": {"normal_load": rig.stated("load", "N"), key: rig.stated("path", "m")},
+    }
+
+
+_WIDTH = 6.35e-3
+"""Width of the block, m."""
+
+
+def _scar_of_block(rig: Rig, truth: Truth) -> dict[str, float]:
+    """Return the width of the scar on a block, and the mass that its ring has lost."""
+    work, radius = truth["load"] * rig.distance, truth["radius"]
 
     def lost(b: float) -> float:
-        return float(
-            width * (true_radius**2 * np.arcsin(b / 2 / true_radius) - b / 4 * np.sqrt(4 * true_radius**2 - b**2))
-        )
+        return float(_WIDTH * (radius**2 * np.arcsin(b / 2 / radius) - b / 4 * np.sqrt(4 * radius**2 - b**2)))
 
-    scar = brentq(lambda b: lost(b) - block * work, 1e-6, 1.9 * true_radius)
-    mass = ring * work * draw.off(density, _DENSITY)
-    return Lab(
-        {
-            "kind": "block-on-ring",
-            "block": {"width": stated(width, 1e-4, "m"), "material": "bronze", **_SOFT},
-            "ring": {
-                "radius": stated(radius, _RADIUS, "m"),
-                "material": "steel",
-                "density": stated(density, _DENSITY, "kg/m^3"),
-                **_SOFT,
-            },
-        },
-        {"normal_load": stated(load, _LOAD, "N")},
-        {"block_scar_width": draw.repeated(scar, 2 * _SCAR, 5), "ring_mass_loss": draw.measured(mass, 2e-8, "kg")},
-        distance,
-        {"block": block, "ring": ring},
-    )
+    scar = brentq(lambda b: lost(b) - truth["block"] * work, 1e-6, 1.9 * radius, xtol=1e-15, rtol=1e-13)
+    return {"block_scar_width": scar, "ring_mass_loss": truth["ring"] * work * truth["density"]}
 
 
-def _four_balls(draw: Nominal, _: str) -> Lab:
-    """Draw four balls: six readings of scars, and the volume of the groove on the top ball."""
-    load, distance, radius = 40.0, 1659.0, 6.35e-3
-    ball, top = draw.coefficient(3e-16), draw.coefficient(3e-18)
-    work = draw.off(load, _LOAD) / np.sqrt(6) * distance
+def _block(rig: Rig) -> dict[str, Any]:
+    width = {"value": _WIDTH, "unit": "m", "standard_uncertainty": 1e-4 * _WIDTH}
+    ring = {"radius": rig.stated("radius", "m"), "material": "steel", "density": rig.stated("density", "kg/m^3")}
+    block = {"width": width, "material": "bronze", **_SOFT}
+    return {
+        "contact": {"kind": rig.kind, "block": block, "ring": ring | _SOFT},
+        "conditions": {"normal_load": rig.stated("load", "N")},
+    }
+
+
+def _scars_of_balls(rig: Rig, truth: Truth) -> dict[str, float]:
+    """Return the scar on each of three balls, and the volume of the groove on the top ball."""
+    work, radius = truth["load"] / np.sqrt(6) * rig.distance, truth["radius"]
 
     def lost(a: float) -> float:
         below = np.sqrt(radius**2 - a**2)
         return float(2 * np.pi * a**2 * (radius - below) - 4 * np.pi * (radius * a**2 / 2 - (radius**3 - below**3) / 3))
 
-    scar = 2 * brentq(lambda a: lost(a) - ball * work, 1e-5, 0.9 * radius)
-    groove = 3 * top * work
-    return Lab(
-        {"kind": "four-ball", "ball": {"diameter": stated(2 * radius, 1e-5, "m"), "material": "steel", **_SOFT}},
-        {"normal_load": stated(load, _LOAD, "N")},
-        {
-            "ball_scar_diameter": draw.repeated(scar, _SCAR, 6),
-            "top_ball_wear_volume": draw.measured(groove, 0.05 * groove, "m^3"),
-        },
-        distance,
-        {"ball": ball, "top_ball": top},
+    scar = 2 * brentq(lambda a: lost(a) - truth["ball"] * work, 1e-5, 0.9 * radius, xtol=1e-15, rtol=1e-13)
+    return {"ball_scar_diameter": scar, "top_ball_wear_volume": 3 * truth["top_ball"] * work}
+
+
+def _balls(rig: Rig) -> dict[str, Any]:
+    ball = {"diameter": rig.stated("radius", "m", 2.0), "material": "steel", **_SOFT}
+    return {
+        "contact": {"kind": rig.kind, "ball": ball},
+        "conditions": {"normal_load": rig.stated("load", "N")},
+    }
+
+
+def _of_ball(load: float, path: float) -> dict[str, tuple[float, float]]:
+    return {"load": (load, _LOAD), "radius": (3e-3, _RADIUS), "path": (path, _PATH), "shape": (1.0, _SHAPE)}
+
+
+RIGS = {
+    rig.kind: rig
+    for rig in (
+        Rig("pin-on-disc", 1000.0, {"pin": 1e-15, "disc": 4e-13}, _of_ball(5.0, 6e-3), _ball_in_groove, _ball, {}),
+        Rig("reciprocating", 400.0, {"pin": 2e-14, "flat": 5e-14}, _of_ball(10.0, 0.02), _ball_in_groove, _ball, {}),
+        Rig(
+            "block-on-ring",
+            586.0,
+            {"block": 5e-15, "ring": 8e-16},
+            {"load": (134.0, _LOAD), "radius": (17.5e-3, _RADIUS), "density": (7850.0, _DENSITY)},
+            _scar_of_block,
+            _block,
+            {"block_scar_width": 5},
+        ),
+        Rig(
+            "four-ball",
+            1659.0,
+            {"ball": 3e-16, "top_ball": 3e-18},
+            {"load": (40.0, _LOAD), "radius": (6.35e-3, 1e-5)},
+            _scars_of_balls,
+            _balls,
+            {"ball_scar_diameter": 6},
+        ),
     )
-
-
-KINDS: dict[str, Callable[[Nominal, str], Lab]] = {
-    "pin-on-disc": _ball_in_groove,
-    "reciprocating": _ball_in_groove,
-    "block-on-ring": _block_on_ring,
-    "four-ball": _four_balls,
 }
 
 
 class Found(NamedTuple):
-    """What was found of one body: whether the interval held, k_D and u over the truth."""
+    """What was found of one body: whether its interval held, k_D over the truth, and u relative and over the ideal."""
 
     kind: str
     body: str
     held: bool
     ratio: float
     relative: float
+    over_ideal: float
 
 
-def outcomes(kind: str, seed: int) -> list[Found]:
+def made(rig: Rig, seed: int, without: str = "") -> tuple[Truth, RawRun]:
+    """Return what is true in a laboratory, and its run, perhaps without one of its readings."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(rig.kind.encode())]))
+    truth = rig.truth(rng)
+    return truth, rig.run(truth, rng, without)
+
+
+def outcomes(rig: Rig, seed: int) -> list[Found]:
     """Test one pair of bodies; a body without a k_D is not among them."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(kind.encode())]))
-    lab = KINDS[kind](Nominal(rng), kind)
-    distance = np.linspace(0.0, lab.distance, 20)
-    manifest = RunManifest.model_validate(
-        {
-            "schema": "tribopipe.run/1",
-            "id": "lab",
-            "contact": lab.contact,
-            "conditions": lab.conditions,
-            "signals": [{"file": "none.csv"}],
-            "end_values": lab.ends,
-        }
-    )
-    columns: dict[SignalName, Column] = {"time": distance.copy(), "sliding_distance": distance}
-    run = RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
-    found = []
+    truth, run = made(rig, seed)
+    ideal, found = rig.ideal(truth), []
     for body, one in fit_wear(run, "archard", recipe=FIRST_ORDER).bodies.items():
-        true, (low, high) = lab.truth[body], one.interval
+        true, (low, high) = truth[body], one.interval
         k = one.wear_coefficient
+        relative = (k.standard_uncertainty or 0.0) / k.value
         held = low.value <= true <= high.value
-        found.append(Found(kind, body, held, k.value / true, (k.standard_uncertainty or 0.0) / k.value))
+        found.append(Found(rig.kind, body, held, k.value / true, relative, relative / ideal[body]))
     return found
+
+
+class Doubt(NamedTuple):
+    """What was found without one reading: the bodies with a k_D, and whether a warning was given."""
+
+    kind: str
+    missing: str
+    bodies: tuple[str, ...]
+    warned: bool
+    relative: float
+    """u of the first k_D."""
+
+
+def doubts(seed: int) -> list[Doubt]:
+    """Leave out each reading of each contact in turn."""
+    found = []
+    for rig in RIGS.values():
+        for missing in rig.readings(rig, made(rig, seed)[0]):
+            _, run = made(rig, seed, missing)
+            fit = fit_wear(run, "archard", recipe=FIRST_ORDER)
+            k = next(iter(fit.bodies.values())).wear_coefficient
+            warned = any(one.severity == "warning" for one in fit.findings)
+            found.append(Doubt(rig.kind, missing, tuple(fit.bodies), warned, (k.standard_uncertainty or 0.0) / k.value))
+    return found
+
+
+def say_what_is_claimed(report: Report, answers: Sequence[Doubt]) -> None:
+    """Count claims of both bodies where one reading is missing."""
+    report.say("## With one reading fewer")
+    report.say("With one reading of two, k_D of at most one body can be known.")
+    rows = []
+    for kind, missing in dict.fromkeys((one.kind, one.missing) for one in answers):
+        of = [one for one in answers if (one.kind, one.missing) == (kind, missing)]
+        several, warned = sum(len(one.bodies) > 1 for one in of), sum(one.warned for one in of)
+        spread = float(np.median([one.relative for one in of]))
+        (body, *_) = of[0].bodies
+        rows.append([kind, spoken(missing), f"{several} of {len(of)}", body, f"{100 * spread:.1f} %", f"{warned}"])
+    report.table(["contact", "not measured", "k_D of both", "k_D of", "median u", "warnings"], rows)
+
+
+def say_how_long(report: Report, seed: int, repeats: int) -> None:
+    """Time draws of both k_D beside those of a pin alone with a depth signal."""
+    alone = curve_fit(correct_drift(read_run(_ALONE), Recipe()), "archard", None, Recipe())
+    fits: dict[str, Any] = {"pin-on-disc, pin alone, depth signal": alone}
+    fits |= {kind: volume_fit(made(rig, seed)[1], "archard", None, Recipe()) for kind, rig in RIGS.items()}
+    times: dict[str, list[float]] = {name: [] for name in fits}
+    for _ in range(repeats + 1):
+        for name, fit in fits.items():
+            begun = time.process_time()
+            fit.draw(np.random.default_rng(1), _DRAWS)
+            times[name].append(time.process_time() - begun)
+    medians = {name: statistics.median(taken[1:]) for name, taken in times.items()}
+    base = next(iter(medians.values()))
+    report.say(f"## Processor time of {_DRAWS} draws")
+    report.say(f"Medians of {repeats} alternating repeats after one that is not counted.")
+    report.table(
+        ["k_D of", "time", "ratio"],
+        [[name, f"{1e3 * took:.2f} ms", f"{took / base:.2f}"] for name, took in medians.items()],
+    )
 
 
 def both(seed: int) -> list[Found]:
     """Test one pair of each contact."""
-    return [found for kind in KINDS for found in outcomes(kind, seed)]
+    return [found for rig in RIGS.values() for found in outcomes(rig, seed)]
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Count how often intervals hold."""
-    options = arguments(__doc__ or "", labs=1000).parse_args(words)
+    """Count how often intervals hold, and time draws."""
+    parser = arguments(__doc__ or "", labs=1000)
+    parser.add_argument("--repeats", type=int, default=21, help="number of repeats of the timing (%(default)s)")
+    options = parser.parse_args(words)
     report = Report("k_D of either body by wear volume", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = [found for part in in_parallel(both, seeds, options) for found in part]
@@ -221,13 +343,16 @@ def main(words: Sequence[str] | None = None) -> None:
     for kind, body in dict.fromkeys((found.kind, found.body) for found in answers):
         of = [found for found in answers if (found.kind, found.body) == (kind, body)]
         bias = float(np.mean([found.ratio for found in of])) - 1
-        spread = float(np.median([found.relative for found in of]))
+        spread, wider = (float(np.median([getattr(one, name) for one in of])) for name in ("relative", "over_ideal"))
         counted = share(sum(found.held for found in of), len(of))
-        rows.append([kind, body, *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %"])
+        rows.append([kind, body, *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %", f"{wider:.2f}"])
     report.say(
-        "95 % intervals of k_D by first-order propagation; bias is the mean of k_D divided by the true value, minus 1."
+        "95 % intervals of k_D by first-order propagation; bias is the mean of k_D divided by the true value, minus 1. "
+        "The last column is the median of u divided by that of the ideal estimator."
     )
-    report.table(["contact", "body", "covered", "share", "95 %", "bias", "median u"], rows)
+    report.table(["contact", "body", "covered", "share", "95 %", "bias", "median u", "u / ideal"], rows)
+    say_what_is_claimed(report, [one for part in in_parallel(doubts, seeds, options) for one in part])
+    say_how_long(report, options.first_seed, options.repeats)
     report.finish()
 
 

@@ -457,7 +457,7 @@ def test_what_goes_wrong_outside_is_told_as_such(error, told):
         ["kills.py", "--points", "8"],
         ["interrupts.py", "--points", "4", "--runs", "2"],
         ["many_writers.py", "--points", "16"],
-        ["full_disk.py", "--points", "4"],
+        ["full_disk.py", "--points", "2"],
         ["killed_commands.py", "--points", "2"],
         ["injected_errors.py", "--points", "6"],
     ],

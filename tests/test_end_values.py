@@ -88,7 +88,7 @@ def test_uncertainty_of_the_tip_radius_goes_into_the_volume_of_a_scar():
     stated = pin.radius.model_copy(update={"standard_uncertainty": 0.01 * RADIUS})
     contact = run.manifest.contact.model_copy(update={"pin": pin.model_copy(update={"radius": stated})})
     run = replace(run, manifest=run.manifest.model_copy(update={"contact": contact}))
-    (found,) = pin_on_disc_wear(run, DEFAULTS).bodies["pin"]
+    (found,) = pin_on_disc_wear(run, DefaultUncertainty(unseen_groove=0.0)).bodies["pin"]
     # πd⁴/64R.
     assert found.volume.standard_uncertainty / found.volume.value == pytest.approx(0.01, rel=0.01)
 

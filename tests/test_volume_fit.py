@@ -81,6 +81,43 @@ def test_a_depth_that_gives_the_volume_does_as_well():
     assert fit_wear(run, "archard", recipe=FIRST_ORDER).k_d.value == pytest.approx(cap / (LOAD * SLID), rel=1e-9)
 
 
+SCAR = {"pin_scar_length": si(0.59e-3, "m", 5e-6)}
+
+
+def of_materials(pin, disc, **end):
+    run = run_of(described(conditions={"normal_load": si(LOAD, "N"), **CIRCLE}, **end))
+    contact = run.manifest.contact
+    bodies = {
+        name: contact.bodies[name].model_copy(update={"material": one}) for name, one in (("pin", pin), ("disc", disc))
+    }
+    return replace(run, manifest=run.manifest.model_copy(update={"contact": contact.model_copy(update=bodies)}))
+
+
+def unseen(fit):
+    return {finding.severity for finding in fit.findings if finding.code == "disc_not_measured"}
+
+
+@pytest.mark.parametrize(("disc", "severity"), [("steel", "warning"), ("Al2O3", "note")])
+def test_a_scar_on_a_disc_that_nobody_measured_does_not_give_a_sure_volume(disc, severity):
+    """On a soft disc the scar lies in a groove, and the ball has lost more than the cap, perhaps several times."""
+    fit = fit_wear(of_materials("Al2O3", disc, **SCAR), recipe=FIRST_ORDER)
+    relative = fit.k_d.standard_uncertainty / fit.k_d.value
+    assert unseen(fit) == {severity}
+    assert 0.05 < relative < 0.07
+    known = fit_wear(of_materials("Al2O3", disc, **SCAR, disc_wear_depth=si(0.0, "m", 2e-8)), recipe=FIRST_ORDER)
+    assert unseen(known) == set()
+    pin = known.bodies["pin"].wear_coefficient
+    assert pin.value == pytest.approx(fit.k_d.value, rel=0.01)
+    assert pin.standard_uncertainty < 0.8 * fit.k_d.standard_uncertainty
+
+
+@pytest.mark.parametrize(
+    "end", [{"pin_wear_volume": si(PIN, "m^3", 0.03 * PIN)}, {**SCAR, "pin_scar_width": si(0.6e-3, "m", 5e-6)}]
+)
+def test_a_volume_and_both_axes_of_a_scar_need_no_look_at_the_disc(end):
+    assert unseen(fit_wear(of_materials("Al2O3", "steel", **end), recipe=FIRST_ORDER)) == set()
+
+
 # --- with a depth signal ---
 
 

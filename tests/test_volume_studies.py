@@ -9,7 +9,7 @@ from end_value_runs import CIRCLE, RADIUS, described, run_of, si
 from test_volume_fit import SCAR, sample
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.design import designs
@@ -126,7 +126,9 @@ def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     value = {"pin_scar_diameter": si(scar, "m", 2e-6), "pin_wear_depth": si(depth, "m", 1e-7)}.get(
         way, lost(share=0.04)
     )
-    run = posed(member("one", load_share=0.0, **{way: value}), "archard", QUICK)
+    # The best of no groove: with one that nobody measured, no test is long enough.
+    unworn = QUICK.model_copy(update={"uncertainty": DefaultUncertainty(unseen_groove=0.0)})
+    run = posed(member("one", load_share=0.0, **{way: value}), "archard", unworn)
     (now,), (then,) = (
         [line.relative for line in lines if line.name == "pin wear volume"]
         for (lines,) in (run.budgets(), run.budgets(16.0))
@@ -134,6 +136,15 @@ def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     assert then / now == pytest.approx(16.0**-power, rel=0.02)
     (plan,) = designs(run, "archard", 0.05)
     assert (plan.sliding_distance is None) == (power == 0)
+
+
+def test_a_groove_that_nobody_measured_is_there_in_every_run_and_after_any_time():
+    scar = {"pin_scar_diameter": si(0.2e-3, "m", 2e-6)}
+    one = posed(member("one", load_share=0.0, **scar), "archard", QUICK)
+    (plan,) = designs(one, "archard", 0.05)
+    assert plan.sliding_distance is None
+    law = studied([member(f"run-{n}", load_share=0.0, **scar) for n in range(9)]).result.laws[0]
+    assert law.first.wear_coefficient.standard_uncertainty > 0.045 * law.first.wear_coefficient.value
 
 
 def test_runs_with_and_without_a_depth_signal_share_a_study():

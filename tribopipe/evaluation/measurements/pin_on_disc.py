@@ -150,6 +150,8 @@ class _Found:
     """The best reading of either body."""
     pins: tuple[EndValueUsed, ...]
     disc: tuple[BodyWear, ...]
+    unseen_groove: float
+    """Depth of a groove that nobody measured, over that of the pin."""
 
     @classmethod
     def of(cls, run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> "_Found":
@@ -161,13 +163,14 @@ class _Found:
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
         pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
-        found = cls(pair, pins, tuple(disc_wear(run, where, readings, pair))).with_best_track(readings)
+        unseen = defaults.unseen_groove
+        found = cls(pair, pins, tuple(disc_wear(run, where, readings, pair)), unseen).with_best_track(readings)
         if not any(pin.name == "pin_scar_diameter" for pin in pins) or found.pair.disc is _NO_TRACK:
             return found
         pins = tuple(found.in_any_direction(pin) for pin in pins)
         best = next((pin for pin in pins if pin.name == best.name), UNKNOWN_SHARE)
         pair = replace(found.pair, pin=best)
-        return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)))
+        return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)), unseen)
 
     def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
         """Return a copy with the track measurement that gives the smallest uncertainty of the depth."""
@@ -198,7 +201,8 @@ class _Found:
         if pin.name in VOLUMES and pin.quantity.value < 0:
             return BodyWear(pin.name, pin.source, volume=pin.quantity)
         if self.pair.disc is _NO_TRACK:
-            return _on_unworn_track(self.pair, pin)
+            unseen = 0.0 if self.disc or pin.name in VOLUMES else self.unseen_groove
+            return _on_unworn_track(self.pair, pin, unseen)
         pair = self.taken_with_track(pin)
         return BodyWear(pin.name, pin.source, pair.find("pin_depth"), pair.find("pin_volume"), pair=pair)
 
@@ -219,8 +223,8 @@ class _Found:
         return _with_uncertainty(pin, wider * (pin.quantity.standard_uncertainty or 0.0))
 
 
-def _on_unworn_track(pair: WornPair, pin: EndValueUsed) -> BodyWear:
-    """Return depth and volume of a pin whose track has not worn."""
+def _on_unworn_track(pair: WornPair, pin: EndValueUsed, unseen_groove: float) -> BodyWear:
+    """Return depth and volume of a pin whose track has not worn, as uncertain as an unseen groove makes the volume."""
     tip, given = pair.tip, (pin.quantity, pair.radius)
 
     def depth(value: float, radius: float) -> float:
@@ -230,8 +234,17 @@ def _on_unworn_track(pair: WornPair, pin: EndValueUsed) -> BodyWear:
         deep = depth(value, radius)
         return math.copysign(float(tip.volume(abs(deep), radius)), deep)
 
+    lost = combined(volume, given, "m^3")
+    end = EndWear(pin, None, tip)
+    beside = abs(beside_unseen_groove(end, unseen_groove, by_sensor=False) - 1) if unseen_groove else 0.0
+    spread = math.hypot(lost.standard_uncertainty or 0.0, beside * lost.value)
     return BodyWear(
-        pin.name, pin.source, combined(depth, given, "m"), combined(volume, given, "m^3"), pair=replace(pair, pin=pin)
+        pin.name,
+        pin.source,
+        combined(depth, given, "m"),
+        lost.model_copy(update={"standard_uncertainty": spread}) if beside else lost,
+        pair=replace(pair, pin=pin),
+        unseen_groove=beside,
     )
 
 

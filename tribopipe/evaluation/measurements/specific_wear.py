@@ -90,7 +90,8 @@ def _measured(run: RawRun, defaults: DefaultUncertainty, body: str) -> list[_Los
     stops = range(len(run.manifest.interruptions))
     slid = [_distance_at(run, stop) for stop in stops] + [float(np.nanmax(run.sliding_distance))]
     whole = [_volumes(run, defaults, body, stop) for stop in (*stops, None)]
-    known = [_volumes(with_exact_dimensions(run), defaults, body, stop) for stop in (*stops, None)]
+    exact = with_exact_dimensions(run), without_unseen_groove(defaults)
+    known = [_volumes(*exact, body, stop) for stop in (*stops, None)]
     names = [name for volumes in whole for name in volumes]
     if not names:
         return []
@@ -130,6 +131,11 @@ def _volumes(run: RawRun, defaults: DefaultUncertainty, body: str, stop: int | N
 def with_exact_dimensions(run: RawRun) -> RawRun:
     """Return a run whose density, radius and path are known exactly: they are the same in all measurements."""
     return replace(run, manifest=_exact(run.manifest))
+
+
+def without_unseen_groove(defaults: DefaultUncertainty) -> DefaultUncertainty:
+    """Return the defaults of a disc without a groove: one that nobody measured is there in all measurements."""
+    return defaults.model_copy(update={"unseen_groove": 0.0})
 
 
 def _exact(manifest: RunManifest) -> RunManifest:

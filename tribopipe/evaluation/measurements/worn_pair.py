@@ -263,6 +263,8 @@ class BodyWear:
     """What of it follows from the shape of pin and groove, not from what was measured on the body alone."""
     pair: WornPair | None = None
     """The readings that it follows from."""
+    unseen_groove: float = 0.0
+    """Relative standard uncertainty of the volume from a groove of the counterbody that nobody measured."""
 
 
 class WornBodies(NamedTuple):

@@ -22,7 +22,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import applied_load
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
-from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions
+from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions, without_unseen_groove
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.verdict import (
@@ -128,7 +128,8 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     fit = volume_fit(run, law, friction, recipe)
     if fit is None:
         return None
-    exact = volume_fit(with_exact_dimensions(run), law, friction, recipe)
+    own = recipe.model_copy(update={"uncertainty": without_unseen_groove(recipe.uncertainty)})
+    exact = volume_fit(with_exact_dimensions(run), law, friction, own)
     if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
         lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
         raise FitError(
@@ -161,7 +162,7 @@ def _gains(member: Member, recipe: Recipe) -> dict[str, float]:
     is always as uncertain relative to itself.
     """
     run = member.corrected.run
-    worn = pin_on_disc_wear(run, recipe.uncertainty).bodies
+    worn = pin_on_disc_wear(run, without_unseen_groove(recipe.uncertainty)).bodies
     best = {run.manifest.sliding_pin.body_name(role): surest(ways, "volume") for role, ways in worn.items()}
     return {body: 0.0 if way is None else _gain(way) for body, way in best.items()}
 

@@ -12,14 +12,16 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.contacts.pin_on_disc import pin_curve
+from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity, wear_coefficient
+from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.physics.depth_model.mixture import ways
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
 from tribopipe.physics.depth_model.terms import AMPLITUDES
-from tribopipe.results.finding import Finding
+from tribopipe.results.finding import Finding, Severity
 
 _PLACES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 _RATIOS = (0.1, 0.2, 0.33, 0.5, 0.67, 1.5, 2.0, 3.0, 5.0, 10.0)
@@ -221,16 +223,30 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
     )
 
 
+def unseen_groove_by_volume(contact: SlidingPin, relative: float, recipe: Recipe) -> Finding:
+    """Report a volume of a pin that is that of its scar on a counterbody that nobody measured.
+
+    It is a warning where the bodies differ: on a softer one the groove may be many times as deep as the pin is worn,
+    and no depth signal contradicts the scar.
+    """
+    alike = contact.pin.material == contact.counterbody.material
+    return _no_track_measured("note" if alike else "warning", relative, recipe)
+
+
 def _unseen_groove(problem: DepthProblem) -> Finding:
-    share = 100 * problem.recipe.uncertainty.unseen_groove
+    return _no_track_measured("note", problem.inputs["unseen_groove"].spread, problem.recipe)
+
+
+def _no_track_measured(severity: Severity, relative: float, recipe: Recipe) -> Finding:
+    beyond = "" if severity == "note" else "; the groove can be much deeper where the disc is softer than the pin"
     return Finding(
-        severity="note",
+        severity=severity,
         code="disc_not_measured",
         where="end_values",
         message=(
             "found no post-test measurement of the disc; the uncertainty of k_D includes "
-            f"{100 * problem.inputs['unseen_groove'].spread:.2g} % for an unmeasured groove {share:.0f} % as deep as "
-            "the wear of the pin"
+            f"{100 * relative:.2g} % for an unmeasured groove {100 * recipe.uncertainty.unseen_groove:.0f} % as deep "
+            f"as the wear of the pin{beyond}"
         ),
         remedy=(
             "measure the track and state it as end_values.disc_wear_depth; if no track is visible, 0 nm with its "

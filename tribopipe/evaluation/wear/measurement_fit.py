@@ -18,7 +18,9 @@ from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
 from tribopipe.evaluation.measurements.worn_pair import surest
+from tribopipe.evaluation.wear.findings import unseen_groove_by_volume
 from tribopipe.evaluation.wear.inputs import (
     distance_scale,
     draw_values,
@@ -33,6 +35,7 @@ from tribopipe.evaluation.wear.uncertainty import budget_lines, input_covariance
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
+from tribopipe.results.finding import Finding
 from tribopipe.results.input_quantities import Input, best_values
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import NO_FRICTION, BodyWear, Contribution, ConventionCoefficients, FittedValue, WearFit
@@ -218,6 +221,7 @@ class VolumeFit:
     """Covariance of (A, b, c), if friction is from Eq. 7."""
     limits: tuple[str, ...] = ()
     """Assumptions about the contact."""
+    findings: tuple[Finding, ...] = ()
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -266,6 +270,7 @@ class VolumeFit:
             correlation=correlation(covariance) if len(bodies) > 1 else None,
             basis="measurement",
             notes=(*self.limits, _BY_VOLUME),
+            findings=self.findings,
         )
 
     def budgets(self) -> list[tuple[Contribution, ...]]:
@@ -308,17 +313,24 @@ def volume_fit(
     known = law_friction(run, model, friction, recipe.wear.friction)
     if missing or known is None:
         return missing or (NO_FRICTION,)
-    inputs = {volume_of(body): volume for body, volume in lost.items()}
+    inputs = {volume_of(body): Input(volume, way.source) for body, (way, volume) in lost.items()}
     inputs |= {"normal_load": load_input(run, recipe), **known.inputs, **given}
     if told := told_by(run, recipe.uncertainty):
         inputs[told.name] = Input(told.quantity, told.source)
     end = float(np.nanmax(slid))
     law, limits = law_as_given(model, recipe), run.manifest.described.limits
-    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits)
+    findings = tuple(
+        unseen_groove_by_volume(run.manifest.sliding_pin, way.unseen_groove, recipe)
+        for way, _ in lost.values()
+        if way.unseen_groove
+    )
+    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits, findings)
 
 
-def _lost(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Return what each body has lost in one contact, m³, by what gives it most certainly; below zero if it has gained.
+def _lost(run: RawRun, recipe: Recipe) -> dict[str, tuple[BodyLoss, Quantity]]:
+    """Return what each body has lost in one contact, m³, and the way that gives it most certainly.
+
+    It is below zero if a body has gained.
 
     Over a track of unknown length a counterbody wears by an unknown depth, and nothing could be predicted of it.
     """
@@ -327,7 +339,7 @@ def _lost(run: RawRun, recipe: Recipe) -> dict[str, Input]:
         best, body = surest(ways, "volume"), contact.body_name(role)
         placed = body in contact.fitted_bodies or run.manifest.path is not None
         if placed and best is not None and best.volume is not None and _is_known(best.volume):
-            found[body] = Input(scaled(best.volume, 1 / contact.contacts_of(role)), best.source)
+            found[body] = best, scaled(best.volume, 1 / contact.contacts_of(role))
     return found
 
 
