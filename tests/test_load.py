@@ -5,14 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from disc_runs import BARE
 from end_value_runs import described, run_of, si
 
+from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.derived_columns import coefficient
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.load_and_friction import applied_load
-from tribopipe.evaluation.wear.inputs import contact_inputs, friction_along, law_friction
+from tribopipe.evaluation.wear.inputs import (
+    contact_inputs,
+    distance_scale,
+    friction_along,
+    instrument_inputs,
+    law_friction,
+)
 from tribopipe.physics.friction_path import ExponentialFriction
+from tribopipe.results.run import RawRun
 
 DISTANCE = np.linspace(0, 500, 1001)
 
@@ -104,6 +113,39 @@ def test_running_in_distance_is_as_uncertain_as_the_speed_that_distance_was_deri
     )
     assert derived.covariance[2][2] == pytest.approx(c.standard_uncertainty**2)
     np.testing.assert_allclose(derived.noise_covariance, recorded.noise_covariance, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("turns", "share"),
+    [("measured", math.hypot(0.02, 0.003)), ("derived from nominal speed", math.hypot(0.02, 0.004))],
+)
+def test_running_in_distance_of_two_discs_is_as_uncertain_as_their_slip(turns, share):
+    document = BARE.model_dump(by_alias=True)
+    document["conditions"] |= {
+        "slip": {"value": 0.04, "unit": "1", "standard_uncertainty": 0.0008},
+        "curved_disc_speed": si(0.8, "m/s", 0.0032),
+    }
+    document["contact"]["curved_disc"]["rolling_radius"] = si(4e-3, "m", 12e-6)
+    columns = {"rotations": DISTANCE / 1e-3, "sliding_distance": DISTANCE, "time": DISTANCE / 0.032}
+    columns["friction_coefficient"] = MU + 0.005 * np.random.default_rng(3).standard_normal(len(DISTANCE))
+    origins = dict.fromkeys(columns, "measured")
+    recorded = RawRun(RunManifest.model_validate(document), columns, origins, {}, {}, ())
+    slipped = replace(recorded, origins=origins | {"sliding_distance": "derived from nominal slip", "rotations": turns})
+    known, c = fit_friction(recorded).running_in_distance, fit_friction(slipped).running_in_distance
+    assert c.standard_uncertainty == pytest.approx(math.hypot(known.standard_uncertainty, share * c.value))
+
+
+@pytest.mark.parametrize(("stated", "share"), [(None, 0.01), (60e-6, 0.006)])
+def test_distance_by_counted_cycles_is_as_uncertain_as_the_stroke(stated, share):
+    """k_D, wear rate and c are all by 2 stroke times the count."""
+    run, stroke = noisy(), si(10e-3, "m", stated) if stated else {"value": 10e-3, "unit": "m"}
+    changes = {"sliding_speed": None, "stroke": stroke, "frequency": si(20, "1/s", 0.01)}
+    conditions = run.manifest.conditions.model_validate(run.manifest.conditions.model_dump() | changes)
+    manifest = run.manifest.model_copy(update={"conditions": conditions})
+    counted = replace(run, manifest=manifest, origins={**run.origins, "sliding_distance": "derived from rotations"})
+    assert fit_friction(counted).distance_uncertainty.value == pytest.approx(share)
+    assert instrument_inputs(counted, Recipe())["stroke"].spread == pytest.approx(share * 10e-3)
+    assert distance_scale({"stroke": 10.2e-3}, {"stroke": 10e-3}) == pytest.approx(1.02)
 
 
 def test_default_uncertainty_of_the_load_counts_where_none_is_stated():

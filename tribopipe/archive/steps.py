@@ -31,9 +31,9 @@ StepStage = Literal[
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
     "drift_correction": 4,
-    "friction_fit": 3,
-    "specific_wear": 2,
-    "wear_fit": 6,
+    "friction_fit": 4,
+    "specific_wear": 3,
+    "wear_fit": 7,
     "prediction": 4,
     "local_wear": 1,
     "study": 4,

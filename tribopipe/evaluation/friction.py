@@ -18,7 +18,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
-from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.evaluation.measurements.disc_track import distance_share
 from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
@@ -76,14 +76,14 @@ def fit_friction(
     Where μ was derived from the friction force, A and b are uncertain by the load as well: were the load higher, both
     would be lower by the same share. Its uncertainty is what run.toml states, else ``defaults``. A μ that the
     instrument recorded was divided by a load that run.toml does not state: there A and b are uncertain by noise
-    alone. Where the sliding distance was derived from a speed or a radius, c is as uncertain as these in the same way.
+    alone. Where the distance was derived from a speed, a radius, a stroke or a slip, c is as uncertain as these.
     """
     fit = _fitted(run, recipe or FrictionRecipe(), defaults or DefaultUncertainty())
     return fit.model_copy(update={"strokes": stroke_friction(run)}).fitted_to(run)
 
 
 def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -> FrictionFit:
-    shares = _load_share(run, defaults), _distance_share(run, defaults)
+    shares = _load_share(run, defaults), distance_share(run, defaults) or 0.0
     if "friction_coefficient" not in run.columns:
         return FrictionFit(outcome="none", notes=("the run has no friction signal",))
     distance, mu = run.sliding_distance, run.columns["friction_coefficient"]
@@ -121,12 +121,6 @@ def _load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
     """Return the relative standard uncertainty of the load that friction was divided by; 0 of a recorded μ."""
     derived = run.origins.get("friction_coefficient", "measured") != "measured"
     return load_share(run, defaults) if derived else 0.0
-
-
-def _distance_share(run: RawRun, defaults: DefaultUncertainty) -> float:
-    """Return the relative standard uncertainty of the sliding distance; 0 of a recorded one."""
-    told = told_by(run, defaults)
-    return 0.0 if told is None else (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
 
 
 def _with_inputs(fit: FrictionFit, load: float, distance: float) -> FrictionFit:

@@ -70,6 +70,7 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
     "slip": InputQuantity("slip", "%"),
     "sliding_speed": InputQuantity("sliding speed", "mm/s"),
     "track_radius": InputQuantity("radius of the wear track", "mm"),
+    "stroke": InputQuantity("stroke", "mm"),
     "track_length": InputQuantity("length of the wear track", "mm"),
     "depth_scale": InputQuantity("scale of the depth sensor", "1"),
     "pin_end_value": InputQuantity("post-test measurement of the pin", "um"),

@@ -44,20 +44,21 @@ from tribopipe.results.run import RawRun
 class ToldBy:
     """Input to which a derived sliding distance is proportional."""
 
-    name: Literal["sliding_speed", "track_radius"]
+    name: Literal["sliding_speed", "track_radius", "stroke"]
     quantity: Quantity
     source: Source
 
 
 def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
-    """Return the speed or track radius that a sliding distance was derived from; none of one that was measured.
+    """Return the speed, track radius or stroke that a sliding distance was derived from; none of a measured one.
 
     A speed that is itself made of rotational speed and radius, or of frequency and stroke, is as uncertain as both.
     """
     conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
-    radius, speed = conditions.track_radius, conditions.nominal_speed
-    if origin == "derived from rotations" and radius is not None:
-        return ToldBy("track_radius", *stated_or_default(radius, defaults.track_radius * radius.value))
+    length, speed = conditions.stroke or conditions.track_radius, conditions.nominal_speed
+    if origin == "derived from rotations" and length is not None:
+        name: Literal["stroke", "track_radius"] = "track_radius" if conditions.stroke is None else "stroke"
+        return ToldBy(name, *stated_or_default(length, defaults.track_radius * length.value))
     if origin != "derived from nominal speed" or speed is None:
         return None
     path = SlidingPath.of(conditions, defaults) if conditions.sliding_speed is None else None
@@ -73,11 +74,11 @@ def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
     slip = run.manifest.slip
     if run.origins.get("sliding_distance") != "derived from nominal slip" or slip is None or not slip.value:
         return None
-    radius = run.manifest.twin_disc.curved_disc.rolling_radius
-    known = (
-        stated_or_default(slip, defaults.slip * abs(slip.value)),
-        stated_or_default(radius, defaults.rolling_radius * radius.value),
-    )
+    speed, radius = run.manifest.conditions.curved_disc_speed, run.manifest.twin_disc.curved_disc.rolling_radius
+    rolled = stated_or_default(radius, defaults.rolling_radius * radius.value)
+    if run.origins.get("rotations") == "derived from nominal speed" and speed is not None:
+        rolled = stated_or_default(speed, defaults.sliding_speed * speed.value)
+    known = (stated_or_default(slip, defaults.slip * abs(slip.value)), rolled)
     return math.hypot(*((one.standard_uncertainty or 0.0) / one.value for one, _ in known))
 
 

@@ -91,7 +91,7 @@ def indistinct(law: WearLaw, names: Sequence[str]) -> str:
 FRICTION_INPUTS = ("friction_amplitude", "friction_steady_state", "running_in_distance")
 """A, b and c of Eq. 7, in the order of their covariance."""
 CONTACT_INPUTS = ("normal_load", "pin_radius", "pin_modulus", "disc_modulus")
-DISTANCE_INPUTS = ("sliding_speed", "track_radius")
+DISTANCE_INPUTS = ("sliding_speed", "track_radius", "stroke")
 """Inputs of a derived sliding distance; the one that it is derived from is used."""
 PIN_SHARED = (*CONTACT_INPUTS, *DISTANCE_INPUTS, "depth_scale")
 """Inputs of pins that may be off by the same in several runs."""
@@ -121,7 +121,7 @@ def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
 
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
-    """Collect the sensor's scale, and the sliding speed or track radius where sliding distance was derived from it."""
+    """Collect the sensor's scale, and the speed, track radius or stroke that sliding distance was derived from."""
     found = {"depth_scale": relative_input(run.manifest.depth_scale, recipe.uncertainty.depth_scale)}
     told = told_by(run, recipe.uncertainty)
     return found if told is None else found | {told.name: Input(told.quantity, told.source)}

@@ -119,7 +119,7 @@ class WearProblem:
         return self.end.pin_depth_of(values["pin_end_value"], values["pin_radius"])
 
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
-        """Return S(s) of the law, m, scaled by sliding speed or track radius over its best estimate."""
+        """Return S(s) of the law, m, scaled by what the distance is derived from over its best estimate."""
         friction = friction_along(self.friction, values, self.values)
         effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
         return np.asarray(effective * distance_scale(values, self.values))
