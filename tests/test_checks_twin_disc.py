@@ -2,6 +2,7 @@
 
 import copy
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.checks.registry import check_run
-from tribopipe.results.run import Profile, RawRun
+from tribopipe.results.run import ExtraColumn, Profile, RawRun
 
 TURNS = np.linspace(0, 10_000, 501)
 AROUND = 2 * math.pi * 10e-3
@@ -294,3 +295,35 @@ def test_profile_of_the_flat_disc_needs_no_crown():
         profiles={"interruptions[0].flat_disc_profile": Profile(X, grooved(X, tilt=0.02))},
     )
     assert found(run, "missing_input") == []
+
+
+RPM = 0.8 / AROUND * 60
+"""Rotational speed of the crowned disc."""
+
+
+@pytest.mark.parametrize(
+    ("columns", "warns"),
+    [
+        ({"n1 [rpm]": ("rpm", RPM), "n2 [rpm]": ("rpm", 1.04 * RPM)}, False),
+        ({"n1 [rpm]": ("rpm", RPM), "n2 [rpm]": ("rpm", 1.10 * RPM)}, True),
+        ({"Upper disc": ("m/s", 0.832), "Lower disc": ("m/s", 0.8)}, False),
+        ({"Upper disc": ("m/s", 0.9), "Lower disc": ("m/s", 0.8)}, True),
+        ({"Speed 1": ("m/s", 0.0), "Speed 2": ("m/s", 0.0)}, False),
+        ({"Rolling speed": ("m/s", 0.8), "Sliding speed": ("m/s", 0.032)}, False),
+        ({"Speed": ("rpm", RPM), "Set speed": ("rpm", RPM)}, False),
+        ({"Speed": ("m/s", 0.8), "Speed 2": ("m/s", 0.7)}, False),
+    ],
+)
+def test_slip_of_two_recorded_speeds_is_compared_with_the_stated_one(columns, warns):
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(len(TURNS))
+    extras = {name: ExtraColumn(value * (1 + noise), unit) for name, (unit, value) in columns.items()}
+    found = [one for one in check_run(replace(twin(), extras=extras)) if one.code == "conditions_differ"]
+    assert [one.where for one in found] == (["conditions.slip"] if warns else [])
+
+
+@pytest.mark.parametrize(("r_2", "warns"), [("10 mm", True), ("20 mm", False)])
+def test_radii_make_slip_of_two_rotational_speeds(r_2, warns):
+    extras = {f"Motor {disc} speed": ExtraColumn(np.full(len(TURNS), n), "rpm") for disc, n in ((1, 1.0), (2, 0.52))}
+    run = replace(twin({"contact.flat_disc.rolling_radius": sure(r_2)}), extras=extras)
+    found = [one for one in check_run(run) if one.code == "conditions_differ"]
+    assert [one.where for one in found] == (["conditions.slip"] if warns else [])

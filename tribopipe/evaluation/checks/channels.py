@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,11 @@ _EXTRAS = {
     "slip": ("percentage", "slip|slipratio|schlupf"),
 }
 """Kind of number and names, written in small letters alone."""
+_TWO_DISCS = tuple(
+    frozenset(pair.split())
+    for pair in ("1 2", "upper lower", "top bottom", "curved flat", "crowned cylindrical", "oben unten")
+)
+"""Words in which the names of two columns differ that are the speeds of two discs."""
 _POSITION = re.compile(r"(?:xyz)?[xy](?:position)?|position|wegx|weg")
 
 
@@ -77,6 +83,22 @@ def positions(run: RawRun) -> Iterator[Channel]:
             and is_unit_of(extra.unit or "1", "length")
         ):
             yield _channel(run, name, "length", "m")
+
+
+def disc_speeds(run: RawRun) -> Iterator[tuple[Channel, Channel]]:
+    """Give the columns with the speeds of two discs, both in rad/s or both in m/s."""
+    for kind, unit in (("rotational speed", "rad/s"), ("speed", "m/s")):
+        named = [name for name, extra in run.extras.items() if extra.unit and is_unit_of(extra.unit, kind)]
+        moving = [name for name in named if run.extras[name].values.dtype.kind == "f"]
+        for one, other in combinations(moving, 2):
+            if _names_two_discs(one, other):
+                yield _channel(run, one, kind, unit), _channel(run, other, kind, unit)
+
+
+def _names_two_discs(one: str, other: str) -> bool:
+    first, second = (re.findall(r"[^\W\d_]+|\d+", name.casefold()) for name in (one, other))
+    differ = [{*pair} for pair in zip(first, second, strict=False) if pair[0] != pair[1]]
+    return len(first) == len(second) and len(differ) == 1 and differ[0] in _TWO_DISCS
 
 
 def _channel(run: RawRun, name: str, kind: str, unit: str) -> Channel:

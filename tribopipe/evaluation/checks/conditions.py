@@ -1,5 +1,6 @@
 """Checks of the recorded channels against what run.toml states of the test, and against each other."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -8,13 +9,15 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.documents.signals import SignalName
-from tribopipe.evaluation.checks.channels import Channel, channels, positions
+from tribopipe.evaluation.checks.channels import Channel, channels, disc_speeds, positions
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.evaluation.preprocessing.strokes import Stroke, whole_strokes
 from tribopipe.physics.axis_faults import continuous
 from tribopipe.physics.identities import ROLES, Identity, Role, ratios
+from tribopipe.results.input_quantities import relative_input
 from tribopipe.results.run import RawRun
 
 _TOLERANCE = 0.05
@@ -152,6 +155,32 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
                 f"found {channel.shown(stated.value)} in run.toml, but a median of {channel.shown(recorded)} in column "
                 f"{channel.label!r}; expected agreement within {100 * _TOLERANCE:.0f} %",
                 f"correct {name}, or the unit of the column",
+            )
+    yield from _slip_of_speeds(run)
+
+
+def _slip_of_speeds(run: RawRun) -> Iterator[Trouble]:
+    """Compare the stated slip with that of two recorded speeds, whichever of the discs each of them is of."""
+    stated = run.manifest.slip
+    if stated is None:
+        return
+    discs = run.manifest.twin_disc
+    radii = (discs.curved_disc.rolling_radius, discs.flat_disc.rolling_radius)
+    shares = (relative_input(one, DefaultUncertainty().rolling_radius).spread / one.value for one in radii)
+    allowed = max(_TOLERANCE * abs(stated.value), 3 * (stated.standard_uncertainty or 0.0), 3 * math.hypot(*shares))
+    for one, other in disc_speeds(run):
+        speeds = _usual(one.values), _usual(other.values)
+        if not speeds[0] or not speeds[1]:
+            continue
+        ratio = radii[1].value / radii[0].value if one.unit == "rad/s" else 1.0
+        slips = (speeds[1] / speeds[0] * ratio - 1, speeds[0] / speeds[1] * ratio - 1)
+        recorded = min(slips, key=lambda slip: abs(slip - stated.value))
+        if abs(recorded - stated.value) > allowed:
+            yield Trouble(
+                "conditions.slip",
+                f"found {stated.shown('%')} in run.toml, but {100 * recorded:.3g} % from columns {one.label!r} and "
+                f"{other.label!r}; expected a difference of at most {100 * allowed:.2g} percentage points",
+                "correct slip, rolling_radius, or the units of the columns",
             )
 
 
