@@ -638,6 +638,13 @@ LESS = {
         "contact_lost",
         column("friction_force", lambda force: np.where(np.arange(len(force)) < 400, 0.012, 0.3)),
     ),
+    "low friction that wears through under a nominal load": (
+        "contact_lost",
+        both(
+            without("normal_force"),
+            column("friction_force", lambda force: np.where(np.arange(len(force)) < 400, 0.012, 0.3)),
+        ),
+    ),
     "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),
     "mass loss within the noise of the balance": (
         "implausible_conditions",

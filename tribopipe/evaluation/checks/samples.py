@@ -57,7 +57,7 @@ _FEWEST_LEVELS = 16
 _WITHOUT_FRICTION, _LOST = 0.05, 0.03
 """Share of the usual friction below which bodies do not touch, and that of ∫F_N ds from which on it is reported."""
 _SLIPPERY = 0.01
-"""Friction coefficient above which bodies slide where the recorded load is on."""
+"""Friction coefficient above which bodies slide."""
 _PARTS = 100
 """Parts of a recording in which friction is compared with the usual."""
 _FITTING = 0.25
@@ -430,7 +430,8 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     sizes = np.array([np.percentile(seen, 90) if len(seen := part[np.isfinite(part)]) else np.inf for part in parts])
     ends = np.cumsum([0, *map(len, parts)]).clip(max=len(run) - 1)
     worked = np.diff(load_path(cleaned.run, slid[ends]))
-    without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _least_friction(run, cleaned))
+    force = run.manifest.conditions.normal_load.value if "friction_force" in run.columns else 1.0
+    without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _SLIPPERY * force)
     lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
     if lost > _LOST:
         yield Trouble(
@@ -440,14 +441,6 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
             "about this fraction",
         )
-
-
-def _least_friction(run: RawRun, cleaned: CleanedRun) -> float:
-    """Return the friction, as force or coefficient, above which bodies slide; infinite if no load was recorded."""
-    load = recorded_load(cleaned.run)
-    if load is None:
-        return np.inf
-    return _SLIPPERY * (run.manifest.conditions.normal_load.value if "friction_force" in run.columns else 1.0)
 
 
 @check_cleaned("warning")
