@@ -151,9 +151,31 @@ def appended(run, other):
     return replace(run, columns=columns)
 
 
+def running_in(run, length=0.05):
+    """Friction that runs in from 0.8 to 0.5 within a share of the run, with noise."""
+    place = np.linspace(0, 1, len(run))
+    mu = 0.5 + 0.3 * np.exp(-place / length) + 0.01 * np.random.default_rng(4).standard_normal(len(run))
+    columns = {name: values for name, values in run.columns.items() if name not in ("depth", "friction_force")}
+    return replace(run, columns=columns | {"friction_coefficient": mu})
+
+
+def went_on(run):
+    """A second test behind the first, while the clock runs on and friction is 0 for a moment between them."""
+    second = column("time", lambda time: time + 1.01 * run.columns["time"][-1])(running_in(run))
+    second = column("sliding_distance", lambda slid: slid + run.columns["sliding_distance"][-1])(second)
+    return appended(running_in(run), samples_set("friction_coefficient", slice(5), 0.001)(second))
+
+
 def twice(run):
     """Write each row two times."""
     return replace(run, columns={name: np.repeat(values, 2) for name, values in run.columns.items()})
+
+
+def friction_after_restart(run):
+    """Friction that is steady from a short peak at the restart on."""
+    mu = np.full(len(run), 0.5)
+    mu[:3] = 0.8
+    return replace(run, columns={**run.columns, "friction_coefficient": mu})
 
 
 NAN = float("nan")
@@ -361,6 +383,12 @@ CASES = {
         "friction_force",
         samples_set("friction_force", slice(100), 0.02),
     ),
+    "running_in_repeats": (
+        "warning",
+        lambda run: appended(running_in(run), running_in(run)),
+        "friction_coefficient",
+        lambda run: appended(running_in(run), samples_set("friction_coefficient", slice(None), 0.5)(run)),
+    ),
     "friction_offset": (
         "warning",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.15)),
@@ -503,6 +531,15 @@ MORE = {
         samples_set("friction_force", slice(100), 1e-4),
         "friction_force",
     ),
+    "two tests with an idle sensor between them": (
+        "running_in_repeats",
+        lambda run: appended(
+            both(running_in, samples_set("friction_coefficient", slice(-5, None), 0.001))(run),
+            both(running_in, samples_set("friction_coefficient", slice(5), 0.001))(run),
+        ),
+        "friction_coefficient",
+    ),
+    "two tests without a pause of the clock": ("running_in_repeats", went_on, "friction_coefficient"),
     "each row exported twice": ("repeated_samples", twice, "time"),
     "stop that counts as sliding": (
         "recording_gap",
@@ -643,6 +680,21 @@ LESS = {
         both(
             without("normal_force"),
             column("friction_force", lambda force: np.where(np.arange(len(force)) < 400, 0.012, 0.3)),
+        ),
+    ),
+    "steps of one test": (
+        "running_in_repeats",
+        lambda run: appended(running_in(run), both(running_in, friction_after_restart)(run)),
+    ),
+    "friction that rises again within a test": (
+        "running_in_repeats",
+        both(running_in, samples_set("friction_coefficient", slice(500, 800), 0.8)),
+    ),
+    "friction that runs in anew after a stated interruption": (
+        "running_in_repeats",
+        both(
+            manifest(interruptions=[{"sliding_distance": "1 m", "pin_wear_depth": "1 um"}]),
+            lambda run: appended(running_in(run), running_in(run)),
         ),
     ),
     "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),

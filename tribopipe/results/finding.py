@@ -101,6 +101,7 @@ TITLES: Mapping[str, str] = {
     "dead_channel": "channel constant or zero",
     "clipped_signal": "signal at the end of its range",
     "contact_lost": "no friction during part of the test",
+    "running_in_repeats": "running-in repeats",
     "friction_offset": "offset of the friction force",
     "friction_sign": "friction with both signs",
     "implausible_friction": "implausible friction coefficient",

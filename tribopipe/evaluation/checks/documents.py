@@ -6,7 +6,8 @@ from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
-import tribopipe.evaluation.checks.plausibility  # noqa: F401 - registers further checks of what run.toml says
+import tribopipe.evaluation.checks.plausibility
+import tribopipe.evaluation.checks.restarts  # noqa: F401 - both register further checks
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
