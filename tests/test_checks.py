@@ -166,6 +166,21 @@ def went_on(run):
     return appended(running_in(run), samples_set("friction_coefficient", slice(5), 0.001)(second))
 
 
+def rotating(unit, hum=None, count=4000):
+    """Friction at 20 Hz of a disc with a runout at 3.7 Hz, or another frequency; its time read in a wrong unit."""
+
+    def spoil(run):
+        time = np.arange(count) / 20
+        turning = 0.05 * np.sin(2 * np.pi * (hum or 3.7) * time + 1)
+        force = 0.2 * (0.6 + turning + 0.05 * np.random.default_rng(8).standard_normal(count))
+        columns = {"time": time * unit, "sliding_distance": 0.4 * time * unit, "friction_force": force}
+        stated = {"sliding_speed": "400 mm/s", "track_radius": f"{400 / (2 * np.pi * 3.7):.4g} mm"}
+        run = manifest(**{f"conditions__{name}": value for name, value in stated.items()})(run)
+        return replace(run, columns=columns | {"friction_coefficient": force / 0.4})
+
+    return spoil
+
+
 def twice(run):
     """Write each row two times."""
     return replace(run, columns={name: np.repeat(values, 2) for name, values in run.columns.items()})
@@ -389,6 +404,7 @@ CASES = {
         "friction_coefficient",
         lambda run: appended(running_in(run), samples_set("friction_coefficient", slice(None), 0.5)(run)),
     ),
+    "runout_differs": ("warning", rotating(1 / 60), "time", rotating(1.0)),
     "friction_offset": (
         "warning",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.15)),
@@ -526,6 +542,8 @@ MORE = {
         manifest(end_values__pin_mass_loss={"value": "0.14 ug", "standard_uncertainty": "2 %"}),
         "end_values.pin_mass_loss",
     ),
+    "time in s read as min": ("runout_differs", rotating(60), "time"),
+    "time in s read as ms": ("runout_differs", rotating(1e-3), "time"),
     "unloaded start beside a load that is on": (
         "contact_lost",
         samples_set("friction_force", slice(100), 1e-4),
@@ -697,6 +715,7 @@ LESS = {
             lambda run: appended(running_in(run), running_in(run)),
         ),
     ),
+    "hum beside a slow disc": ("runout_differs", rotating(1.0, hum=2.9)),
     "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),
     "mass loss within the noise of the balance": (
         "implausible_conditions",

@@ -93,6 +93,7 @@ TITLES: Mapping[str, str] = {
     "stated_speeds_differ": "stated speeds contradict each other",
     "channels_disagree": "channels contradict each other",
     "strokes_differ": "recorded and stated strokes differ",
+    "runout_differs": "runout at another frequency",
     "strokes_unused": "friction per stroke not evaluated",
     "no_friction_per_stroke": "friction per stroke not available",
     "missing_samples": "samples missing",

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 
 import tribopipe.evaluation.checks.plausibility
-import tribopipe.evaluation.checks.restarts  # noqa: F401 - both register further checks
+import tribopipe.evaluation.checks.restarts
+import tribopipe.evaluation.checks.runout  # noqa: F401 - all register further checks
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
