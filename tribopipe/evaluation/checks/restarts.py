@@ -11,14 +11,16 @@ from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.physics.axis_faults import segments
 from tribopipe.results.run import RawRun
 
-_PARTS, _FEWEST = 20, 5
-"""Parts of the shorter piece, by the size of which its start and the end before it are compared, and least size."""
+_PARTS, _FEWEST = 20, 100
+"""Parts of a piece whose medians are compared, and least size of a piece."""
 _OFF, _PAUSE = 0.05, 3
 """Share of the usual friction below which it is off, and samples for which it is if the bodies are apart."""
-_CHANGE, _CLEARLY = 0.1, 3.0
-"""Change of friction in running-in, as a share of it and in standard deviations of noise, from which on it shows."""
-_ALIKE = 0.5
-"""Share of that change within which friction is back at its start."""
+_CHANGE = 0.05
+"""Change of friction in running-in, as a share of it, from which on it shows."""
+_START = slice(1, 4)
+"""Parts that show the start: a peak in the first one comes from any stop."""
+_ALIKE = 0.8
+"""Correlation of two runnings-in from which on one is the other once more."""
 
 
 @check("warning")
@@ -35,7 +37,7 @@ def running_in_repeats(run: RawRun) -> Iterator[Trouble]:
     pieces = [
         (start, piece[np.isfinite(piece)]) for start, piece in zip([0, *starts], np.split(mu, starts), strict=True)
     ]
-    long = [(start, piece) for start, piece in pieces if len(piece) >= 2 * _FEWEST]
+    long = [(start, piece) for start, piece in pieces if len(piece) >= _FEWEST]
     repeated = [start for (_, before), (start, after) in pairwise(long) if _runs_in_again(long[0][1], before, after)]
     if repeated:
         yield Trouble(
@@ -54,9 +56,15 @@ def _pauses(mu: Column) -> list[slice]:
 
 
 def _runs_in_again(first: Column, before: Column, after: Column) -> bool:
-    """Return whether friction is again as it was at first, after it had run in."""
-    size = max(_FEWEST, min(len(before), len(after)) // _PARTS)
-    start, end, again = (float(np.median(part)) for part in (first[:size], before[-size:], after[:size]))
-    noise = float(np.std(before[-size:]))
-    change = abs(end - start)
-    return change > max(_CHANGE * end, _CLEARLY * noise) and abs(again - start) < _ALIKE * change
+    """Return whether friction takes the course once more that it took at first, from there and not from the end."""
+    count = min(len(first), len(after))
+    one, other = _course(first[:count]), _course(after[:count])
+    start, again, end = (float(np.mean(part)) for part in (one[_START], other[_START], _course(before)[-3:]))
+    back = abs(again - start) < abs(again - end) and abs(end - start) > _CHANGE * end
+    with np.errstate(invalid="ignore", divide="ignore"):  # of a constant
+        return back and float(np.corrcoef(one[1:], other[1:])[0, 1]) > _ALIKE
+
+
+def _course(mu: Column) -> Column:
+    """Return the median of each part."""
+    return np.array([np.median(part) for part in np.array_split(mu, _PARTS)])
