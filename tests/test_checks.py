@@ -223,6 +223,12 @@ CASES = {
         "conditions.sliding_speed",
         manifest(conditions__track_radius="6 mm", conditions__rotational_speed="637 rpm"),
     ),
+    "track_beyond_disc": (
+        "warning",
+        manifest(conditions__track_radius="6 mm", contact__disc__diameter="10 mm"),
+        "conditions.track_radius",
+        manifest(conditions__track_radius="4.9 mm", contact__disc__diameter="10 mm"),
+    ),
     "channels_disagree": (
         "warning",
         extra("Mass", "g", 80),

@@ -91,6 +91,7 @@ TITLES: Mapping[str, str] = {
     "conditions_change": "conditions change during the test",
     "conditions_differ": "recorded and stated conditions differ",
     "stated_speeds_differ": "stated speeds contradict each other",
+    "track_beyond_disc": "wear track outside the disc",
     "channels_disagree": "channels contradict each other",
     "strokes_differ": "recorded and stated strokes differ",
     "runout_differs": "runout at another frequency",

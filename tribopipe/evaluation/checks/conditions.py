@@ -200,6 +200,19 @@ def stated_speeds_differ(run: RawRun) -> Iterator[Trouble]:
     )
 
 
+@check("warning")
+def track_beyond_disc(run: RawRun) -> Iterator[Trouble]:
+    """Find a track outside the disc that it is on, as where its diameter is given as its radius."""
+    radius, disc = run.manifest.conditions.track_radius, run.manifest.bodies.get("disc")
+    diameter = None if disc is None else disc.diameter
+    if radius is not None and diameter is not None and 2 * radius.value > diameter.value:
+        yield Trouble(
+            "conditions.track_radius",
+            f"found {radius.shown('mm')} on a disc of {diameter.shown('mm')} in diameter; expected a track on the disc",
+            "enter the radius of the track, not its diameter, and check contact.disc.diameter",
+        )
+
+
 def _usual(values: Column) -> float | None:
     """Return the median of what is on."""
     size = np.abs(values[np.isfinite(values)])
