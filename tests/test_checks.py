@@ -710,6 +710,17 @@ LESS = {
         "running_in_repeats",
         lambda run: appended(running_in(run), both(running_in, friction_after_restart)(run)),
     ),
+    "steps of one test in which friction rises on": (
+        "running_in_repeats",
+        lambda run: appended(
+            *(
+                samples_set("friction_coefficient", slice(None), np.linspace(0, 0.15, len(run)) + start)(
+                    running_in(run)
+                )
+                for start in (0.5, 0.65)
+            )
+        ),
+    ),
     "friction that rises again within a test": (
         "running_in_repeats",
         both(running_in, samples_set("friction_coefficient", slice(500, 800), 0.8)),
