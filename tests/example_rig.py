@@ -1,6 +1,5 @@
 """A run recorded by the rig of tests/example_plugin, whose wear runs in by its law."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,7 +71,7 @@ def worn(law, distance, load=0.2):
     """Return the pin's wear depth, m, by the GIWM and the law with its true parameters, under a load in N."""
     k_d = Quantity(value=K_D, unit="m^2/N")
     scenario = Scenario(series_of().contact, Quantity(value=load, unit="N"), KnownWear({"pin": k_d}))
-    true = replace(law, excess=EXCESS, length=LENGTH)
+    true = law.at({"law_excess": EXCESS, "law_length": LENGTH})
     return scenario.worn(true.effective_distance(distance, None))["wear_depth"]
 
 

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from tribopipe.archive.provenance import Part, digest
 from tribopipe.base.arrays import Column
 from tribopipe.documents.preprocessing import CleanUp
-from tribopipe.documents.recipe import LawName
+from tribopipe.documents.recipe import LawName, WearRecipe
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import LAWS
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
@@ -110,7 +110,7 @@ _UNDER_LAWS = ((WEAR_FITS, _fit_kind), (PREDICTIONS, _prediction_kind), (LOCAL_W
 
 
 class _Steps(Mapping[StepName, StepKind]):
-    """Every step: those under tribopipe's own laws before those under others, so that their numbers stay."""
+    """Every step: those under the laws of the default recipe before those under others, so that their numbers stay."""
 
     def __getitem__(self, name: StepName) -> StepKind:
         if name in _PLAIN:
@@ -122,8 +122,8 @@ class _Steps(Mapping[StepName, StepKind]):
 
     def __iter__(self) -> Iterator[StepName]:
         yield from _PLAIN
-        own = [law for law in LAWS if type(LAWS[law]).__module__.startswith("tribopipe.")]
-        for laws in (own, [law for law in LAWS if law not in own]):
+        usual = WearRecipe().models
+        for laws in (usual, [law for law in LAWS if law not in usual]):
             yield from (steps[law] for steps, _ in _UNDER_LAWS for law in laws)
 
     def __len__(self) -> int:

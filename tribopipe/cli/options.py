@@ -119,10 +119,12 @@ Law = Annotated[
         parser=_law,
         metavar="LAW",
         autocompletion=law_names,
-        help="Wear law: archard, sarkar, or a law from another package.",
+        help="Wear law: archard, sarkar, dissipated_energy, running_in, or a law from another package.",
     ),
 ]
-Friction = Annotated[str | None, typer.Option(help='μ(s) for Sarkar\'s law, such as "A=0.226 b=0.496 c=32.877 m".')]
+Friction = Annotated[
+    str | None, typer.Option(help='μ(s) for a law with friction, such as "A=0.226 b=0.496 c=32.877 m".')
+]
 Speed = Annotated[
     str | None, typer.Option(help="Sliding speed, or speed of the crowned disc; default: that of the run.")
 ]

@@ -140,7 +140,7 @@ class Conditions(Record):
     relative_humidity: Percentage | None = None
     """Relative humidity of the surrounding air."""
     friction: StatedFriction | None = None
-    """Friction for predictions with Sarkar's law, if known in advance; fits use the measured friction."""
+    """Friction for predictions with a law that depends on it, if known in advance; fits use the measured friction."""
 
     @property
     def nominal_speed(self) -> Quantity | None:

@@ -25,6 +25,10 @@ class FrictionPath(Protocol):
         """Return S(s) = ∫₀ˢ √(1 + 3μ²) ds', m."""
         ...
 
+    def work_per_load(self, distance: ArrayLike) -> Column:
+        """Return the friction work over the normal load, ∫₀ˢ μ ds', m."""
+        ...
+
 
 @dataclass(frozen=True)
 class ExponentialFriction:
@@ -60,6 +64,11 @@ class ExponentialFriction:
         bracket = root_drop + np.sqrt(3) * self.steady_state * asinh_drop - q * np.log1p(shift)
         return np.asarray(q * s + c * bracket)
 
+    def work_per_load(self, distance: ArrayLike) -> Column:
+        """Return ∫₀ˢ μ ds' = b·s + A·c·(1 − exp(−s/c)), m."""
+        s, c = np.asarray(distance, dtype=float), self.running_in_distance
+        return np.asarray(self.steady_state * s - self.amplitude * c * np.expm1(-s / c))
+
 
 @dataclass(frozen=True)
 class MeasuredFriction:
@@ -74,7 +83,13 @@ class MeasuredFriction:
 
     def sarkar_distance(self, distance: ArrayLike) -> Column:
         """Return S(s) by the trapezoidal rule over the samples, m."""
-        factor = junction_factor(self.samples)
+        return self._integral(junction_factor(self.samples), distance)
+
+    def work_per_load(self, distance: ArrayLike) -> Column:
+        """Return ∫₀ˢ μ ds' by the trapezoidal rule over the samples, m."""
+        return self._integral(self.samples, distance)
+
+    def _integral(self, factor: Column, distance: ArrayLike) -> Column:
         inner = np.diff(self.distance) * (factor[1:] + factor[:-1]) / 2
         at_samples = self.distance[0] * factor[0] + np.concatenate([[0.0], np.cumsum(inner)])
         s = np.asarray(distance, dtype=float)

@@ -5,7 +5,7 @@ sliding distance s, of the friction coefficient μ(s) where the law needs it, an
 known by its effective distance S(s) = ∫₀ˢ f ds': the distance over which Archard's law would wear as much.
 
 A package adds a law by an entry point in the group ``tribopipe.laws`` whose value is a class derived from ``WearLaw``;
-those here are declared the same way.
+those in tribopipe.physics.wear_laws, each in a file of its own, are declared the same way.
 
 The integral of a law that knows no closed form is taken by Simpson's rule.
 """
@@ -27,7 +27,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.base.plugins import Plugins, added, names, not_installed
 from tribopipe.base.units import KINDS
 from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN
-from tribopipe.physics.friction_path import FrictionPath, MeasuredFriction, junction_factor
+from tribopipe.physics.friction_path import FrictionPath, MeasuredFriction
 
 _PANELS = 1000
 
@@ -151,48 +151,12 @@ def _parameter(hint: Any) -> LawParameter:
     return next(said for said in get_args(hint) if isinstance(said, LawParameter))
 
 
-@dataclass(frozen=True)
-class Archard(WearLaw):
-    """V/s = k·F_N/H (Eq. 1): friction plays no part."""
-
-    name = "archard"
-    title = "Archard's law"
-    rate = "k_D·p"
-    citation = "J. F. Archard, J. Appl. Phys. 24 (1953) 981"
-
-    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
-        """Return ones."""
-        return np.ones_like(np.asarray(distance, dtype=float))
-
-    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
-        """Return the sliding distance itself."""
-        return np.asarray(distance, dtype=float)
-
-
-@dataclass(frozen=True)
-class Sarkar(WearLaw):
-    """V/s = k·F_N/H·√(1 + 3μ²) (Eq. 2): junctions grow with friction."""
-
-    name = "sarkar"
-    title = "Sarkar's law"
-    rate = "k_D·p·√(1 + 3μ²)"
-    citation = "A. D. Sarkar, Friction and Wear, Academic Press (1980)"
-    needs_friction = True
-
-    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
-        """Return √(1 + 3μ²). Raises ``FitError`` where there is no friction."""
-        return junction_factor(_given(friction).coefficient(distance))
-
-    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
-        """Return ∫₀ˢ √(1 + 3μ²) ds'. Raises ``FitError`` where there is no friction."""
-        return _given(friction).sarkar_distance(distance)
-
-
-def _given(friction: FrictionPath | None) -> FrictionPath:
+def required(law: WearLaw, friction: FrictionPath | None) -> FrictionPath:
+    """Return the friction along the way. Raises ``FitError`` where there is none for a law that needs it."""
     if friction is None:
         raise FitError(
-            "Sarkar's law: found no friction coefficient; expected μ(s), fitted or specified; specify μ(s) with "
-            '--friction "A=0.2 b=0.4 c=50 m", or use Archard\'s law'
+            f"{_capitalized(law.title)}: found no friction coefficient; expected μ(s), fitted or specified; specify "
+            'μ(s) with --friction "A=0.2 b=0.4 c=50 m", or use Archard\'s law'
         )
     return friction
 
@@ -247,7 +211,10 @@ def law_title(name: str) -> str:
 
 def law_heading(name: str) -> str:
     """Return what a law is called where a sentence begins."""
-    title = law_title(name)
+    return _capitalized(law_title(name))
+
+
+def _capitalized(title: str) -> str:
     return title[:1].upper() + title[1:]
 
 

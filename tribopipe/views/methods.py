@@ -13,7 +13,7 @@ from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.conventions import DistanceConvention
-from tribopipe.physics.laws import LAWS, WearLaw
+from tribopipe.physics.laws import LAWS, WearLaw, law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear
@@ -252,7 +252,7 @@ _SPHERE = Method(
             r"V_{\text{cap}} = \frac{π c^2}{3} ( 3 R − c )"
         ),
     ),
-    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's; c = R − √(R² − a²) is the height of the cap that is cut off, "
+    "f is the factor of the wear law, 1 in Archard's; c = R − √(R² − a²) is the height of the cap that is cut off, "
     "a* the radius of the contact without wear.",
 )
 _TRUNCATED = Method(
@@ -264,7 +264,7 @@ _FLAT = Method(
     "A flat pin",
     "The contact keeps its radius a, so that the wear depth is the wear volume divided by its area:",
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
-    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+    "f is the factor of the wear law, 1 in Archard's.",
 )
 _BY_VOLUME = Method(
     "Wear volume of a pin if the disc also wears",
@@ -274,7 +274,7 @@ _BY_VOLUME = Method(
         Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
         Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
     ),
-    "f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+    "f is the factor of the wear law, 1 in Archard's.",
 )
 _BLOCK = Method(
     "Wear volume of a block on a ring",
@@ -429,10 +429,10 @@ def _between_runs(evidence: Evidence) -> bool:
 
 
 def _of_law(law: WearLaw) -> Method:
-    """Return the method for a law from another package."""
-    title = law.title[:1].upper() + law.title[1:]
+    """Return the method for a law from what it states of itself."""
     meant = "; ".join(f"{name.replace('_', ' ')}: {known.meaning}" for name, known in law.parameters().items())
-    return Method(f"Wear law: {title}", f"dh/ds = {law.rate}. {meant}", references=(law.citation,))
+    words = " ".join(filter(None, [f"dh/ds = {law.rate}.", meant]))
+    return Method(f"Wear law: {law_label(law.name)}", words, references=(law.citation,))
 
 
 def _wears_by(law: LawName) -> Callable[[Evidence], object]:

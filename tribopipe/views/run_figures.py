@@ -60,7 +60,7 @@ _LOOKS: dict[LawName, LawLook] = {"archard": LawLook(_BLUE, "-", "-."), "sarkar"
 
 
 def law_look(law: LawName) -> LawLook:
-    """Return the line styles of a law; laws from other packages have the remaining colors, in their order."""
+    """Return the line styles of a law; other laws have the remaining colors, in their order."""
     others = [name for name in LAWS if name not in _LOOKS]
     place = others.index(law) if law in others else len(others)
     return _LOOKS.get(law) or LawLook(_OTHER_LAWS[place % len(_OTHER_LAWS)])

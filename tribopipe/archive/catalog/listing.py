@@ -11,7 +11,8 @@ from typing import Any, Literal, NamedTuple
 
 from tribopipe.base.errors import QueryError, did_you_mean
 from tribopipe.base.files import natural_order
-from tribopipe.base.plugins import added
+from tribopipe.base.plugins import names
+from tribopipe.physics.conventions import LAW_GROUP
 
 ITEM = "\n"
 """Separator between several texts of one run in the catalog."""
@@ -60,10 +61,10 @@ def _number(name: str, label: str, about: str, measures: str, unit: str = "", *,
 
 
 def _of_other_laws() -> Iterator[ListedColumn]:
-    """Give the columns of each wear law that another package adds; its name gives them, so that it is not loaded."""
-    for entry in added("tribopipe.laws"):
-        if entry.name.isidentifier():
-            law, by = entry.name, entry.name.replace("_", " ")
+    """Give the columns of each further wear law; its name gives them, so that it is not loaded."""
+    for law in names(LAW_GROUP):
+        if law not in ("archard", "sarkar") and law.isidentifier():
+            by = law.replace("_", " ")
             of_one = "of the pin or the crowned disc"
             yield _number(f"k_d_{law}", f"k_D ({by})", f"Wear coefficient {of_one} ({by}).", "wear coefficient", _K_D)
             yield _number(

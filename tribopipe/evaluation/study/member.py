@@ -123,7 +123,7 @@ class Member:
         if not isinstance(problem, WearProblem):
             raise FitError(
                 f"{self.id}: found a run without {' and '.join(problem)}; expected depth, a post-test measurement "
-                "and, for Sarkar's law, friction; remove it from the study"
+                "and, for a law with friction, friction; remove it from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"

@@ -28,7 +28,7 @@ from tribopipe.evaluation.wear.problem import NODES, about_smooth
 from tribopipe.extras.live.state import Means, State
 from tribopipe.physics.autocorrelation import effective_samples, inflation
 from tribopipe.physics.friction_path import MeasuredFriction
-from tribopipe.physics.laws import law_named
+from tribopipe.physics.laws import law_named, law_title
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import RawRun
 
@@ -280,8 +280,8 @@ def _friction(asked: Asked, fine: Means) -> MeasuredFriction | None:
     seen = np.isfinite(fine.friction)
     if not np.any(seen):
         raise FitError(
-            f"{asked.run.id}: found no friction signal; expected a friction signal for Sarkar's law; map a friction "
-            "column in run.toml, or follow the run with Archard's law"
+            f"{asked.run.id}: found no friction signal; expected a friction signal for {law_title(asked.law)}; map "
+            "a friction column in run.toml, or follow the run with Archard's law"
         )
     return MeasuredFriction(fine.sliding_distance[seen], fine.friction[seen])
 

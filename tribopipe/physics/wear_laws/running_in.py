@@ -1,4 +1,4 @@
-"""A wear law with running-in: fresh surfaces wear faster at first."""
+"""Exponential running-in: fresh surfaces wear faster at first."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -25,11 +25,11 @@ class RunningIn(WearLaw):
     ] = 1.0
     length: Annotated[Numbers, LawParameter("l: running-in distance", "distance", low=1e-2, high=1e5)] = 10.0
 
-    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
+    def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
         """Return 1 + r·exp(−s/l)."""
         return np.asarray(1 + self.excess * np.exp(-np.asarray(distance) / self.length))
 
-    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
-        """Return s + r·l·(1 − exp(−s/l)), m; optional, the default is a quadrature."""
+    def effective_distance(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:  # noqa: ARG002
+        """Return s + r·l·(1 − exp(−s/l)), m."""
         s = np.asarray(distance)
         return np.asarray(s - self.excess * self.length * np.expm1(-s / self.length))

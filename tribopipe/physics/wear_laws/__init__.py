@@ -1,0 +1,1 @@
+"""Wear laws of tribopipe, one in each module; the entry points in pyproject.toml declare them."""
