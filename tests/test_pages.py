@@ -530,7 +530,7 @@ def test_study_page_tells_verdicts_and_all_else():
         tribometer="pin-on-disc",
         correction="two-step",
         laws=(law,),
-        comparisons={"a": LawComparison(delta_aic=18.0, preferred="archard")},
+        comparisons={"a": LawComparison(delta_aic={"archard": 0.0, "sarkar": 18.0}, preferred="archard")},
         left_out=(LeftOut(id="c", reason="marked bad"),),
         notes=("one run only",),
     )
@@ -555,7 +555,7 @@ def test_study_page_tells_verdicts_and_all_else():
         ("b", "predicted", "over-predicted", ("far off",)),
     ]
     assert page.sentences == (
-        "a: AIC favors Archard's law (AIC of Sarkar's law minus that of Archard's: +18.0)",
+        "a: AIC favors Archard's law (AIC minus the lowest: Archard 0.0, Sarkar 18.0)",
         "excluded: c (marked bad)",
         "note: one run only",
     )

@@ -63,12 +63,12 @@ class ChangePoint(Record):
 
 
 class LawComparison(Record):
-    """Archard's law against Sarkar's on the shape of one run, drift and k_D free (H. Akaike, 1974)."""
+    """Laws compared on the shape of one run; drift, k_D and their own parameters are free (H. Akaike, 1974)."""
 
-    delta_aic: float
-    """AIC of Sarkar's law minus that of Archard's: above zero for Archard's."""
+    delta_aic: dict[LawName, float]
+    """AIC of each law minus the lowest; without laws whose parameters the run does not determine."""
     preferred: LawName | None
-    """The law with an AIC lower by more than 2; None if there is no such law."""
+    """The law with the lowest AIC, if all others are higher by at least 2; otherwise None."""
 
 
 class EngineComparison(Record):
@@ -243,7 +243,7 @@ class StudyResult(Record):
     laws: tuple[LawResult, ...]
     """One result for each wear law."""
     comparisons: dict[str, LawComparison] = Field(default_factory=dict)
-    """Archard's law against Sarkar's, by run."""
+    """The laws of the study compared with each other, by run."""
     left_out: tuple[LeftOut, ...] = ()
     """Runs that were not used, and why."""
     notes: tuple[str, ...] = ()

@@ -41,6 +41,10 @@ AKAIKE = (
     "H. Akaike, “A new look at the statistical model identification”, IEEE Transactions on Automatic Control 19 "
     "(1974) 716."
 )
+HURVICH = (
+    "C. M. Hurvich, C.-L. Tsai, “Regression and time series model selection in small samples”, Biometrika 76 (1989) "
+    "297."
+)
 MATERN = "M. L. Stein, Interpolation of Spatial Data: Some Theory for Kriging, Springer, New York, 1999, section 2.7."
 SCHWARZ = "G. Schwarz, “Estimating the dimension of a model”, Annals of Statistics 6 (1978) 461."
 G77 = "ASTM G77, Ranking resistance of materials to sliding wear using block-on-ring wear test."
@@ -416,10 +420,12 @@ _SEVERAL = Method(
     references=(PAULE,),
 )
 _COMPARED = Method(
-    "Comparison of Archard's and Sarkar's laws",
-    "The laws are compared by Akaike's criterion of their fits to each curve, with drift and k_D free; a difference "
-    "below 2 is inconclusive.",
-    references=(AKAIKE,),
+    "Comparison of the wear laws",
+    "The laws are compared by Akaike's criterion of their fits to each curve, corrected for the number n of averages. "
+    "The p free parameters are k_D, zero offset, drift, the variance and those of the law. A difference below 2 is "
+    "inconclusive.",
+    (Equation(r"\text{AIC} = n \ln \frac{χ^2}{n} + 2 p + \frac{2 p ( p + 1 )}{n − p − 1}"),),
+    references=(AKAIKE, HURVICH),
 )
 
 

@@ -7,8 +7,17 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty, signed
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between
-from tribopipe.physics.laws import law_heading, law_title
-from tribopipe.results.study import AGREEMENT, BetweenRuns, BodyVerdict, LawResult, RunVerdict, StudiedBody, StudyResult
+from tribopipe.physics.laws import law_heading, law_label, law_title
+from tribopipe.results.study import (
+    AGREEMENT,
+    BetweenRuns,
+    BodyVerdict,
+    LawComparison,
+    LawResult,
+    RunVerdict,
+    StudiedBody,
+    StudyResult,
+)
 from tribopipe.results.wear_fit import by
 from tribopipe.version import VERSION
 from tribopipe.views.page import NOTHING, AgreementLine, LawPage, StudyPage, TextTable, bare, interval, shown
@@ -43,15 +52,28 @@ def study_page_of(
 
 def _sentences(result: StudyResult) -> Iterator[str]:
     for run_id, comparison in result.comparisons.items():
-        difference = f"AIC of Sarkar's law minus that of Archard's: {signed(comparison.delta_aic, 1)}"
-        if comparison.preferred:
-            yield f"{run_id}: AIC favors {law_title(comparison.preferred)} ({difference})"
-        else:
-            yield f"{run_id}: AIC does not discriminate between the laws ({difference})"
+        yield f"{run_id}: {_compared(comparison)}"
+        for law in result.laws:
+            if law.model not in comparison.delta_aic:
+                yield (
+                    f"{run_id}: {law_title(law.model)} is not compared, since the run does not determine its parameters"
+                )
     for left_out in result.left_out:
         yield f"excluded: {left_out.id} ({left_out.reason})"
     for note in result.notes:
         yield f"note: {note}"
+
+
+def _compared(comparison: LawComparison) -> str:
+    """State which law AIC favors, or between which it does not discriminate."""
+    ordered = sorted(comparison.delta_aic.items(), key=lambda one: one[1])
+    differences = ", ".join(f"{law_label(law)} {delta:.1f}" for law, delta in ordered)
+    found = (
+        f"favors {law_title(comparison.preferred)}"
+        if comparison.preferred
+        else f"does not discriminate between {' and '.join(law_title(law) for law, delta in ordered if delta < 2)}"
+    )
+    return f"AIC {found} (AIC minus the lowest: {differences})"
 
 
 def _law(law: LawResult) -> LawPage:

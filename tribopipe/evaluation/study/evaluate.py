@@ -26,7 +26,6 @@ from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import propagate_together
 from tribopipe.results.study import (
     Evaluation,
-    LawComparison,
     LawResult,
     LeftOut,
     Role,
@@ -54,17 +53,18 @@ def evaluate(
     recipe = one_engine(recipe, recorded) if recorded else recipe
     laws = {law: _Law(study, law, recipe, fit, predict) for law in study.laws}
     results = tuple(law.result() for law in laws.values())
-    comparisons: dict[str, LawComparison] = {}
-    if {"archard", "sarkar"} <= laws.keys():
-        archard, sarkar = laws["archard"].shapes, laws["sarkar"].shapes
-        comparisons = {run_id: compare_laws(archard[run_id], sarkar[run_id]) for run_id in archard}
+    compared = {
+        run_id: compare_laws({name: law.shapes[run_id] for name, law in laws.items()})
+        for run_id in next(iter(laws.values())).shapes
+        if len(laws) > 1
+    }
     result = StudyResult(
         id=study.id,
         title=study.title,
         tribometer=fit[0].corrected.run.manifest.described.kind,
         correction=recipe.wear.correction if recorded else None,
         laws=results,
-        comparisons=comparisons,
+        comparisons={run_id: found for run_id, found in compared.items() if found is not None},
         left_out=tuple(left_out),
         notes=(
             *_limits([*fit, *predict]),

@@ -8,12 +8,13 @@ engines from the same data.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
@@ -31,6 +32,7 @@ from tribopipe.evaluation.study.verdict import (
 )
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
+from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.uncertainty import solve_draws
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_radius
@@ -98,14 +100,14 @@ class Shape:
 
     def __init__(self, run: PosedRun) -> None:
         problem = run.joint
-        self.problem = problem
+        self.run, self.problem = run, problem
         free = float(problem.solve(problem.values))
         self.coefficient = free if free > 0 else run.coefficient
         count = len(problem.distance)
         depth, slope = problem.model(np.log(self.coefficient), problem.values)
         self.slope = slope[:count]
         self.root = problem.root_weights[:count]
-        nuisance = np.column_stack([self.slope * self.root, problem.linear[:count]])
+        nuisance = np.column_stack([self.slope * self.root, problem.linear[:count], problem.law_columns[:count]])
         self._basis = np.linalg.qr(nuisance)[0]
         self.residual = self.left_of((problem.rows(problem.values) - depth)[:count])
 
@@ -118,6 +120,28 @@ class Shape:
     def sum_of_squares(self) -> float:
         """χ² of the shape."""
         return float(self.residual @ self.residual)
+
+    def aic(self) -> float | None:
+        """Return AICc = n·ln(χ²/n) + 2p + 2p(p + 1)/(n − p − 1) (C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297).
+
+        The p parameters are k_D, zero offsets, drift, the variance and all parameters of the law. They are fitted here
+        even where the study gives them. None if the run does not determine them.
+        """
+        own = len(self.problem.law.parameters())
+        shape = self._with_free_law() if own else self
+        count, fitted = len(self.residual), 2 + self.problem.linear.shape[1] + own
+        if shape is None or count <= fitted + 1:
+            return None
+        penalty = 2 * fitted + 2 * fitted * (fitted + 1) / (count - fitted - 1)
+        return float(count * math.log(shape.sum_of_squares / count) + penalty)
+
+    def _with_free_law(self) -> "Shape | None":
+        given = self.problem.law.inputs()
+        inputs = {name: one for name, one in self.problem.inputs.items() if name not in given}
+        try:
+            return Shape(replace(self.run, joint=with_fitted_law(replace(self.problem, inputs=inputs))))
+        except FitError:
+            return None
 
     def trend(self) -> Trend:
         """Look for what is smooth in the residuals: the next powers of √s."""
@@ -179,12 +203,16 @@ class Shape:
         return float(np.exp(log_k[1] - log_k[0]))
 
 
-def compare_laws(archard: Shape, sarkar: Shape) -> LawComparison:
-    """Compare two laws by Akaike's criterion n·ln(χ²/n) + 2p on the shape of one run; both have as many parameters."""
-    delta = len(archard.residual) * float(np.log(sarkar.sum_of_squares / archard.sum_of_squares))
-    better: LawName = "archard" if delta > 0 else "sarkar"
-    preferred = better if abs(delta) >= _PREFERENCE else None
-    return LawComparison(delta_aic=delta, preferred=preferred)
+def compare_laws(shapes: Mapping[LawName, Shape]) -> LawComparison | None:
+    """Compare the laws of a study by Akaike's criterion on the shape of one run; None for fewer than two laws."""
+    found = {law: aic for law, shape in shapes.items() if (aic := shape.aic()) is not None}
+    if len(found) < 2:
+        return None
+    best, next_best = sorted(found, key=lambda law: found[law])[:2]
+    return LawComparison(
+        delta_aic={law: aic - found[best] for law, aic in found.items()},
+        preferred=best if found[next_best] - found[best] >= _PREFERENCE else None,
+    )
 
 
 _LATER_PART = 0.25
