@@ -25,7 +25,7 @@ PAGES = pages()
 NOTEBOOK = ROOT / "docs" / "tutorial_in_python.ipynb"
 NOT_RUN = {
     "README.md": 3,
-    "CONTRIBUTING.md": 7,
+    "CONTRIBUTING.md": 6,
     "docs/archive.md": 2,
     "docs/browse.md": 1,
     "docs/cluster.md": 5,
@@ -37,6 +37,7 @@ NOT_RUN = {
     "docs/sweep.md": 1,
     "docs/tutorial.md": 1,
     "docs/watch.md": 3,
+    "docs/wear_laws.md": 1,
 }
 """How many blocks of each page are not run; each says why."""
 WHOLE = {
