@@ -113,6 +113,14 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
     assert "excess was fitted at 0 and is fixed there: k_D and its uncertainty are those without it" in run_in.notes
 
 
+def test_parameters_that_a_run_does_not_determine_are_stated():
+    level = series_of(law="archard", law_parameters={}, sliding_distance="100 m", systematic_errors=False)
+    fits = [virtual(series, 3)[1] for series in (level, series_of())]
+    stated = [any("does not determine" in note for note in fit.notes) for fit in fits]
+    wide = [any(one.value.standard_uncertainty > one.value.value for one in fit.parameters) for fit in fits]
+    assert stated == wide == [True, False]
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     off: dict[str, list[float]] = {name: [] for name in ("k_d", "excess", "length", "later", "heavier")}

@@ -424,7 +424,7 @@ _COMPARED = Method(
     "The laws are compared by Akaike's criterion of their fits to each curve, corrected for the number n of averages. "
     "The p free parameters are k_D, zero offset, drift, the variance and those of the law. A difference below 2 is "
     "inconclusive.",
-    (Equation(r"\text{AIC} = n \ln \frac{χ^2}{n} + 2 p + \frac{2 p ( p + 1 )}{n − p − 1}"),),
+    (Equation(r"\text{AIC} = n \text{ ln } \frac{χ^2}{n} + 2 p + \frac{2 p ( p + 1 )}{n − p − 1}"),),
     references=(AKAIKE, HURVICH),
 )
 

@@ -25,7 +25,7 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import depth_model
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.findings import engine_findings, prior_findings, wear_findings
-from tribopipe.evaluation.wear.law_parameters import held_notes, with_fitted_law
+from tribopipe.evaluation.wear.law_parameters import held_notes, undetermined_notes, with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import NOISE, budget, coefficient_draws, input_covariance
 from tribopipe.physics.autocorrelation import effective_samples
@@ -117,7 +117,12 @@ class CurveFit:
             residual_deviation=Quantity(value=float(np.std(residuals)), unit="m"),
             effective_samples=effective_samples(residuals),
             correction=self.recipe.wear.correction,
-            notes=(*problem.contact.limits, *_doubts(self.corrected, self.recipe), *held_notes(problem)),
+            notes=(
+                *problem.contact.limits,
+                *_doubts(self.corrected, self.recipe),
+                *held_notes(problem),
+                *undetermined_notes(problem, covariance),
+            ),
             findings=self._findings(body.wear_coefficient),
             **_law_values(problem, covariance),
             **_by_whole_reading(whole, self.recipe),

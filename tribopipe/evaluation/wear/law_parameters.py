@@ -58,6 +58,25 @@ def held_notes(problem: WearProblem) -> tuple[str, ...]:
     return tuple(_held(problem.law, name) for name in _sought(problem) if name not in problem.fitted_parameters)
 
 
+def undetermined_notes(problem: WearProblem, covariance: Column | None) -> tuple[str, ...]:
+    """State which fitted parameters have a standard uncertainty larger than their value.
+
+    ``covariance`` is that of ln k_D and the fitted parameters, SI.
+    """
+    if covariance is None:
+        return ()
+    spreads, values = np.sqrt(np.diag(covariance))[1:], problem.law.values()
+    pairs = zip(problem.fitted_parameters, spreads.tolist(), strict=True)
+    wide = [name.replace("_", " ") for name, spread in pairs if spread > abs(values[name])]
+    if not wide:
+        return ()
+    return (
+        f"the run does not determine {' and '.join(wide)} of {problem.law.title}: the standard uncertainty is larger "
+        f"than the value; state known values under [wear.parameters.{problem.law.name}] in a recipe, or fit a law "
+        "without these parameters",
+    )
+
+
 def _held(law: WearLaw, name: str) -> str:
     called = name.replace("_", " ")
     if _end(law, name) == 0:
