@@ -161,9 +161,11 @@ def test_raw_part_written_anew_keeps_the_steps(bare_run, tmp_path):
 
 
 def test_downstream_follows_the_table_of_steps():
-    fits, worn = {"wear_fit_archard", "wear_fit_sarkar"}, {"local_wear_archard", "local_wear_sarkar"}
-    assert downstream("drift_correction") == fits | worn
-    assert downstream("friction_fit") == {"wear_fit_sarkar", "prediction_sarkar", "local_wear_sarkar"}
+    by_friction = ("sarkar", "dissipated_energy")
+    fitted, every = ("wear_fit", "local_wear"), ("wear_fit", "prediction", "local_wear")
+    laws = ("archard", "running_in", *by_friction)
+    assert downstream("drift_correction") == {f"{step}_{law}" for step in fitted for law in laws}
+    assert downstream("friction_fit") == {f"{step}_{law}" for step in every for law in by_friction}
     assert all(downstream(name) <= set(STEPS) for name in STEPS)
 
 

@@ -155,7 +155,7 @@ def test_an_end_of_life_that_is_no_depth_is_refused(written):
 def test_an_unknown_law_is_refused_with_the_known_ones(laws):
     said = refusal(laws=laws)
     assert f"laws[{len(laws) - 1}]: found the wear law {laws[-1]!r}, which is not installed" in said
-    assert "available: archard, sarkar" in said or "did you mean 'sarkar'?" in said
+    assert "available: archard, dissipated_energy, running_in, sarkar" in said or "did you mean 'sarkar'?" in said
 
 
 def test_a_study_without_a_law_is_refused():
