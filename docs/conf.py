@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 project = "tribopipe"
 author = "The tribopipe developers"
-project_copyright = "The tribopipe developers, MIT licence"
+project_copyright = "The tribopipe developers, MIT license"
 version = release = VERSION
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx_copybutton"]

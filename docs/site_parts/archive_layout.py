@@ -16,16 +16,17 @@ _KINDS = {
     "NX_CHAR_OR_NUMBER": "numbers or texts",
 }
 _INTRO = """\
-Each run is one HDF5 file, each study another in `studies/`, by the rules of [NeXus](https://www.nexusformat.org). What
-a file may hold is declared in the NeXus application definition that its field `/entry/definition` names;
-`tribopipe verify` holds the files against it, and this page is made from it. **Bold** fields are always there.
+Each run is one HDF5 file, and each study is one file in `studies/`; all files follow the rules of
+[NeXus](https://www.nexusformat.org). The permitted content is declared in the NeXus application definition whose name
+is in the field `/entry/definition`. `tribopipe verify` checks files against this definition, and this page is generated
+from it. Fields in **bold** are always present.
 
-A group of the class NXnote holds a document: `type` says `application/json`, `data` is the text. NXdata holds columns
-of numbers, with what to plot in its attributes `signal` and `axes`.
+A group of the class NXnote contains a document: `data` is its text, and `type` its media type, `application/json`. A
+group of the class NXdata contains columns of numbers; its attributes `signal` and `axes` define the default plot.
 
 """
 _EVERY_STEP = """\
-Steps of processing are groups of the class NXprocess. Each holds these, and what is told of it below.
+Processing steps are groups of the class NXprocess. Each contains the fields below, and those listed for the step.
 
 """
 
@@ -50,7 +51,7 @@ def _file(definition: Definition, told: list[Part]) -> str:
     text = titled(2, code(definition.name)) + f"{_prose(title)} {_nxdl(definition)}\n\n{_prose(more)}\n\n"
     text += titled(3, code("/entry")) + f"{_prose(definition.entry.doc)}\n\n" + _table(fields)
     if known := [part.name for part in definition.entry.members if part in told and isinstance(part, GroupPart)]:
-        text += f"As above: {', '.join(code(name) for name in known)}.\n\n"
+        text += f"Described above: {', '.join(code(name) for name in known)}.\n\n"
     for part in groups:
         if part not in steps:
             text += _section([part], part.members)
@@ -63,7 +64,7 @@ def _file(definition: Definition, told: list[Part]) -> str:
 
 def _nxdl(definition: Definition) -> str:
     name = f"{definition.name}.nxdl.xml"
-    return f"For NeXus' own tools: {{download}}`{name} <../../schemas/{name}>`."
+    return f"For NeXus tools: {{download}}`{name} <../../schemas/{name}>`."
 
 
 def _alike(steps: list[GroupPart]) -> list[list[GroupPart]]:
@@ -81,7 +82,7 @@ def _section(groups: list[GroupPart], members: Iterable[Part]) -> str:
 
 
 def _table(members: Iterable[Part], *, in_data: bool = False) -> str:
-    return table(("Field", "Meaning", "Holds", "Unit"), _rows(members, "", in_data=in_data)) + "\n"
+    return table(("Field", "Meaning", "Type", "Unit"), _rows(members, "", in_data=in_data)) + "\n"
 
 
 def _rows(members: Iterable[Part], path: str, *, in_data: bool) -> Iterator[tuple[str, str, str, str]]:

@@ -33,9 +33,9 @@ def commands_page() -> str:
     commands = dict(_commands(get_command(app), _NAME))
     linked = {name: f"[{code(name.removeprefix(_NAME).strip())}](#{_label(name)})" for name in commands}
     rows = ((linked[name], plain(_sentence(command.help))) for name, command in commands.items())
-    intro = f"Each is written after {code(_NAME)}, and tells its options with `--help`.\n\n"
+    intro = f"Type {code(_NAME)} before each command. `--help` after a command lists its options.\n\n"
     sections = (_section(name, command) for name, command in commands.items())
-    return titled(1, "Commands") + intro + table(("Command", "What it does"), rows) + "\n" + "".join(sections)
+    return titled(1, "Commands") + intro + table(("Command", "Purpose"), rows) + "\n" + "".join(sections)
 
 
 def _commands(group: Any, name: str) -> Iterator[tuple[str, Any]]:
@@ -68,7 +68,7 @@ def _row(parameter: Any, context: typer.Context) -> tuple[str, str, str, str]:
     name, value = _parts(_NAMES, written)
     meaning, default, bounds = _parts(_EXTRAS, told)
     limits = bounds.replace("<=x<=", " to ").replace("x>=", "≥ ")
-    left_out = "**needed**" if parameter.required else code(default.strip("()"))
+    left_out = "**required**" if parameter.required else code(default.strip("()"))
     return code(name), plain(meaning), f"{_value(value)} {limits}", left_out
 
 

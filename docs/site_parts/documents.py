@@ -12,12 +12,12 @@ from tribopipe.documents.record import Record
 from tribopipe.results.json_schema import SCHEMAS
 
 _REPOSITORY = Path(__file__).parents[2]
-_TOP = "At the top"
+_TOP = "Top level"
 
 
 @dataclass(frozen=True)
 class Document:
-    """A document that people write, and what a reader should know of it beside its keys."""
+    """A document that people write, and what a reader should know about it in addition to its keys."""
 
     name: str
     """As people call it: run.toml."""
@@ -29,48 +29,51 @@ class Document:
 DOCUMENTS = {
     "run": Document(
         "run.toml",
-        "Lies beside the files of one test and says what they mean. [tribopipe new](../new_run.md) writes it; "
-        "[End values](../end_values.md) and [Two discs](../twin_disc.md) say more of what is measured.",
+        "Describes one test: specimens, conditions, recorded signals and post-test measurements. "
+        "[tribopipe new](../new_run.md) creates this file in the folder of the test. See also "
+        "[post-test measurements](../end_values.md) and [twin-disc tests](../twin_disc.md).",
         "sample_runs/si3n4-air-200mN/run.toml",
     ),
     "template": Document(
         "lab.toml, a template",
-        "What is the same in all runs of a lab, from which [tribopipe new](../new_run.md) and "
-        "[tribopipe watch](../watch.md) fill run.toml.",
+        "The entries that are the same for all runs of a lab. [tribopipe new](../new_run.md) and "
+        "[tribopipe watch](../watch.md) copy them into each run.toml.",
     ),
     "reader": Document(
-        "A reader",
-        "Describes a text table as a lab's own instrument exports it. "
-        "[Read an export in an unknown format](../readers.md) explains an example line by line.",
+        "Reader description",
+        "Describes a text format that tribopipe does not recognize, such as that of a custom-built instrument. "
+        "[Read an export in an unknown format](../readers.md) explains an example.",
     ),
     "recipe": Document(
         "recipe.toml",
-        "How runs are processed: `--recipe recipe.toml` for `correct-drift`, `fit`, `predict`, `process` and others. "
-        "[Preprocessing](../clean_up.md) and [How sure is k_D?](../uncertainty.md) explain the settings.",
+        "Defines how runs are processed. `correct-drift`, `fit`, `predict`, `process` and other commands accept "
+        "`--recipe recipe.toml`. [Preprocessing](../clean_up.md) and [uncertainty of k_D](../uncertainty.md) explain "
+        "the settings.",
     ),
     "study": Document(
         "study.toml",
-        "Names the runs that identify k_D and those that are predicted with it: [Studies](../studies.md).",
+        "Lists the runs from which k_D is identified and those that are predicted with it: [studies](../studies.md).",
         "sample_runs/si3n4-air.study.toml",
     ),
     "sweep": Document(
         "sweep.toml",
-        "One computation for every combination of values: [Sweeps](../sweep.md) has an example of each kind.",
+        "Defines a computation that is repeated for every combination of values. The page on [sweeps](../sweep.md) "
+        "contains an example of each kind.",
     ),
     "plan": Document(
         "plan.toml",
-        "What virtual tribometers record: `tribopipe simulate FOLDER --plan plan.toml`. "
-        "{download}`sample_runs/plan.toml <../../sample_runs/plan.toml>` is a whole one.",
+        "Describes simulated tests: `tribopipe simulate FOLDER --plan plan.toml`. "
+        "{download}`sample_runs/plan.toml <../../sample_runs/plan.toml>` is a complete example.",
     ),
     "dataset": Document(
         "dataset.toml",
-        "What is said of runs that are published: title, people, licence. It lies beside the archive, and "
-        "[tribopipe export dataset](commands.md#tribopipe-export-dataset) writes it into what it exports.",
+        "Metadata of published runs, such as title, people and license. The file is next to the archive folder, and "
+        "[tribopipe export dataset](commands.md#tribopipe-export-dataset) includes the metadata in every export.",
     ),
     "report": Document(
         "report.toml",
         "Particulars of a test report: laboratory, customer, samples, standard and signatories. "
-        "`tribopipe report --details report.toml` prints it: [Reports](../report.md).",
+        "`tribopipe report --details report.toml` includes them in the report: [reports](../report.md).",
     ),
 }
 RESULTS = [name for name in SCHEMAS if name not in DOCUMENTS]
@@ -132,8 +135,8 @@ def document_page(name: str) -> str:
     document = DOCUMENTS[name]
     text = titled(1, document.name, f"document-{name}") + f"{document.intro}\n\n"
     text += (
-        f"The schema, for editors: {{download}}`{name}.schema.json <../../schemas/{name}.schema.json>`. "
-        "**needed** stands where a key must be written.\n\n"
+        f"JSON Schema for editors: {{download}}`{name}.schema.json <../../schemas/{name}.schema.json>`. "
+        "Keys marked **required** must be present.\n\n"
     )
     if document.example is not None:
         content = (_REPOSITORY / document.example).read_text(encoding="utf-8")
@@ -144,8 +147,8 @@ def document_page(name: str) -> str:
 def results_page() -> str:
     """Return the page of the records that tribopipe writes."""
     text = titled(1, "Results", "results") + (
-        "What steps and studies find, as `--json` prints it, as the archive holds it in the `result` of each step, and "
-        "as `truth.json` lies beside a virtual run. Quantities are tables of `value`, `unit` (SI) and "
+        "Results of steps and studies, as printed by `--json` and stored in the archive as the `result` of each step, "
+        "and the `truth.json` of simulated runs. Each quantity is a table with `value`, `unit` (SI) and "
         "`standard_uncertainty`.\n\n"
     )
     return text + "".join(titled(2, name.replace("-", " ").capitalize()) + _tables(name, name) for name in RESULTS)
@@ -155,7 +158,7 @@ def place_of(record: type[Record]) -> str | None:
     """Return the label of the table of a record's keys, none where no page has one."""
     for name, whole in SCHEMAS.items():
         if whole is record:
-            return f"{name}-at-the-top"
+            return f"{name}-top-level"
     for name, whole in SCHEMAS.items():
         parts = _parts(name, whole)
         if record.__name__ in parts.found:
@@ -217,7 +220,7 @@ def _table(part: _Part, parts: _Parts, document: str) -> str:
             f"{code(key)}{{#key-{label}-{key}}}",
             _meaning(rules, parts),
             words(rules, parts.told),
-            "**needed**" if key in part.schema.get("required", ()) else default(rules),
+            "**required**" if key in part.schema.get("required", ()) else default(rules),
         )
         for key, rules in keys.items()
     ]
@@ -225,13 +228,13 @@ def _table(part: _Part, parts: _Parts, document: str) -> str:
         titled(3 if parts.label in RESULTS else 2, part.title, label)
         + indexed(f"{key}; {document}" for key in keys)
         + f"{plain(_described(part.schema))}\n\n"
-        + table(("Key", "Meaning", "Written as", "Default"), rows)
+        + table(("Key", "Meaning", "Type", "Default"), rows)
         + "\n"
     )
 
 
 def _meaning(rules: Schema, parts: _Parts) -> str:
-    """Say what a key means; of a table of which nothing is said here, what is said there."""
+    """Return the meaning of a key; of a table without a description here, the description of the table itself."""
     if "description" not in rules and "$ref" in rules:
         return plain(_described(parts.definitions[name_of(rules)]))
     return plain(_described(rules))

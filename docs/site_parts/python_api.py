@@ -17,7 +17,7 @@ GROUPS = {
     "Read and check": ("read_run", "check_run", "clean_run"),
     "Evaluate": ("correct_drift", "fit_friction", "fit_wear", "fitted_curves"),
     "Predict": ("predict_wear", "wear_scenario", "KnownWear", "Scenario"),
-    "Wear locally": ("wear_locally", "LocalOptions"),
+    "Local wear": ("wear_locally", "LocalOptions"),
     "Studies": ("evaluate", "Member", "Study"),
     "Archive": ("open_archive", "Archive", "process"),
     "Figures": (
@@ -32,8 +32,8 @@ GROUPS = {
     "Records and errors": ("Quantity", "Recipe", "TribopipeError"),
 }
 _INTRO = """\
-What `import tribopipe` gives; numbers are SI. What these functions take and return is under
-[Python types](python_types.md).
+The public names of the package `tribopipe`. All numbers are in SI units. The types of arguments and return values are
+described under [Python types](python_types.md).
 
 ```python
 import tribopipe
@@ -63,7 +63,8 @@ def types_page() -> str:
     """Return the page of the classes that public names take and return, and those that these hold."""
     public = [getattr(tribopipe, name) for names in GROUPS.values() for name in names]
     found = [one for one in _reached(public) if one not in public]
-    text = titled(1, "Python types", "python-types") + "What [public names](python.md) take and return.\n\n"
+    text = titled(1, "Python types", "python-types")
+    text += "Types of the arguments and return values of [public functions](python.md).\n\n"
     for one in sorted(found, key=lambda one: one.__name__):
         text += titled(2, one.__name__) + _rendered([_directive(one, f"{one.__module__}.{one.__name__}")])
     return text
@@ -80,7 +81,7 @@ def _directive(thing: Any, name: str) -> str:
     records = [thing, *thing.__subclasses__()] if issubclass(thing, Record) else []
     place = next((found for record in records if (found := place_of(record))), None)
     if place is not None:
-        return f".. autoclass:: {name}\n\n   Its fields: :ref:`{place.replace('-', ' ')} <{place}>`.\n\n"
+        return f".. autoclass:: {name}\n\n   Fields: :ref:`{place.replace('-', ' ')} <{place}>`.\n\n"
     return f".. autoclass:: {name}\n   :members:\n\n"
 
 

@@ -5,27 +5,28 @@ from tribopipe.base.units import KINDS, pretty
 from tribopipe.documents.signals import SIGNALS
 
 _FORMS = """
-A number carries its unit, as a text:
+Write a number with its unit, in quotes:
 
 ```toml
 normal_load = "200 mN"
 ```
 
-With what it is uncertain by, one standard deviation, in the same unit or as a share of it:
+State the standard uncertainty in the same unit or in percent of the value:
 
 ```toml
 normal_load = { value = "200 mN", standard_uncertainty = "2 mN" }
 normal_load = { value = "200 mN", standard_uncertainty = "1 %" }
 ```
 
-An end value may have been measured several times; its uncertainty is then that of the mean. It can say by what method:
+Enter repeated readings of a post-test measurement as `values`: their mean is used, with its standard uncertainty. The
+method of measurement is optional:
 
 ```toml
 pin_scar_diameter = { values = ["383.1 um", "384.4 um", "383.6 um"], method = "white-light" }
 ```
 
-Ratios may be bare numbers. Anything else without a unit is refused, and so is a unit of another kind.
-Inside tribopipe, in the archive and in `--json`, every number is SI.
+Ratios can be written without a unit. Any other number without a unit is an error, and so is a unit of the wrong kind.
+In Python, in the archive and in `--json` output, all numbers are in SI units.
 """
 
 
@@ -40,9 +41,9 @@ def quantities_page() -> str:
         titled(1, "Quantities, units, signals", "quantities")
         + _FORMS
         + titled(2, "Kinds of quantities")
-        + table(("Kind", "Written as", "Archived in", "Shown in"), kinds)
+        + table(("Kind", "Example", "Unit in the archive", "Unit in results"), kinds)
         + titled(2, "Signals", "signals")
-        + table(("Signal", "Kind", "Archived in", "Meaning"), signals)
+        + table(("Signal", "Kind", "Unit in the archive", "Meaning"), signals)
     )
 
 

@@ -85,7 +85,7 @@ def _either(choices: list[str]) -> str:
 
 def _of_type(schema: Schema, told: Told) -> str:
     if "prefixItems" in schema:
-        return f"two: {_either([words(item, told) for item in schema['prefixItems']])}"
+        return f"two values: {_either([words(item, told) for item in schema['prefixItems']])}"
     if "items" in schema:
         return f"list of {words(schema['items'], told)}"
     if isinstance(inner := schema.get("additionalProperties"), dict):
