@@ -27,13 +27,13 @@ STEPS = np.unique(np.logspace(2, 5.3, 18).round().astype(int))
 AFTER_START = -0.117
 """What Hertz's start and the late elastic part add to ln(a/a*), on a contact that has become wide."""
 WARM_UP = 0.2
-"""Time constant of a drift by warming up, as a share of the test."""
+"""Time constant of the warm-up drift, as a fraction of the test."""
 
 
 _MOST_PLACES = 240
 _DOTTED_PLACES = np.linspace(0, _MOST_PLACES - 1, 41).astype(int)
 """Where states of the published scheme are drawn."""
-_STEPS = "the paper's steps"
+_STEPS = "published scheme"
 _LEAST_SHARE = 1e-5
 """Of all rotations: where an axis of powers of ten begins."""
 _STYLES: tuple[Any, ...] = ("-", (0, (5, 1.6)), (0, (5, 1.4, 1.2, 1.4)), (0, (1.2, 1.2)))
@@ -95,9 +95,9 @@ def plot_euler_steps() -> Figure:
     long = STEPS[STEPS < 30_000]
     error.loglog(long, 100 * NITRIDE.long_steps(long), color=BLUE, lw=0.8, ls="--")
     error.set_xlabel("steps to 500 m")
-    error.set_ylabel(axis("too deep at 500 m", "%"))
+    error.set_ylabel(axis("depth error at 500 m", "%"))
     error.legend()
-    finish(error, "Error of the steps", "dashed: the first step; thin: short steps")
+    finish(error, "Error of the scheme", "formulas: dashed, long steps; solid, short steps")
     return figure
 
 
@@ -112,29 +112,29 @@ def _draw_curves(ax: "Axes") -> None:
     ax.set_xlabel(axis("sliding distance", "m"))
     ax.set_ylabel(axis("wear depth", "um"))
     ax.legend()
-    finish(ax, NITRIDE.name, "wear depth by the published steps")
+    finish(ax, NITRIDE.name, "wear depth, published scheme")
 
 
 @styled
 def plot_drift_and_wear() -> Figure:
-    """Draw wear and drift by warming up, and what is left of both once offset and linear drift are free."""
+    """Draw wear and warm-up drift, and the residuals of both after subtraction of offset and linear drift."""
     share = np.linspace(0.0, 1.0, 801)
     wear, drift = np.sqrt(share), -np.expm1(-share / WARM_UP) / -np.expm1(-1 / WARM_UP)
     line = np.column_stack([np.ones_like(share), share])
     figure = Figure(figsize=(7.0, 3.0), layout="constrained")
     whole, left = figure.subplots(1, 2)
-    for curve, colour, style, name in ((wear, BLUE, "-", "wear, √s"), (drift, RED, "--", "drift by warming up")):
+    for curve, colour, style, name in ((wear, BLUE, "-", "wear, √s"), (drift, RED, "--", "warm-up drift")):
         whole.plot(share, curve, color=colour, ls=style, label=name)
         rest = curve - line @ np.linalg.lstsq(line, curve)[0]
         left.plot(share, 100 * rest, color=colour, ls=style)
     whole.plot(share, share, color=GREY, lw=0.9, ls=":", label="linear drift")
     left.axhline(0.0, color=GREY, lw=0.8)
-    for ax, label in ((whole, "reading over its end"), (left, "what is left, % of the end")):
-        ax.set_xlabel("share of the test")
+    for ax, label in ((whole, "signal / final value"), (left, "residual, % of final value")):
+        ax.set_xlabel("fraction of the test")
         ax.set_ylabel(label)
     whole.legend()
-    finish(whole, "What the sensor sees", "")
-    finish(left, "What a joint fit sees", "offset and linear drift taken out")
+    finish(whole, "Depth signal", "")
+    finish(left, "Residual", "offset and linear drift subtracted")
     return figure
 
 

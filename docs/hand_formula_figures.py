@@ -83,7 +83,7 @@ def plot_g133() -> Figure:
     flat.set_xlabel("stroke / groove width")
     flat.set_ylabel("formula / wear volume")
     flat.legend()
-    finish(flat, "Flat", "section in the middle × stroke")
+    finish(flat, "Flat", "cross-section at mid-stroke × stroke")
     depths = np.geomspace(0.01, 100.0, 181)
     _draw_ball(ball, depths, worn_ball(depths))
     return figure
@@ -98,7 +98,7 @@ def plot_g77() -> Figure:
     taper.plot(100 * shares, taper_ratio(shares, 0.5e-3, 17.5e-3), color=BLUE)
     taper.set_xlabel("deviation of the width at the sides, %")
     taper.set_ylabel("formula / wear volume")
-    finish(taper, "Tapered scar", "mean of the widths")
+    finish(taper, "Tapered scar", "with the mean width")
     _draw_elastic(elastic, 2, (("segment", BLUE, "-", 1.0),))
     finish(elastic, "Partly elastic scar", "")
     return figure
@@ -111,7 +111,7 @@ def plot_d4172() -> Figure:
     ax = figure.subplots()
     _draw_elastic(ax, 3, (("πd⁴/(32R)", BLUE, "-", 1.0), ("πd⁴/(64R)", RED, "--", 0.5)))
     ax.legend()
-    finish(ax, "Four balls", "")
+    finish(ax, "Four-ball", "")
     return figure
 
 
@@ -141,5 +141,5 @@ def _draw_elastic(ax: "Axes", power: int, formulas: tuple[tuple[str, str, str, f
         ax.plot(sizes, factor * elastic_ratio(sizes, power), color=colour, ls=style, label=name)
     ax.axhline(1.0, color=GREY, lw=0.8)
     ax.set_ylim(0, 2.5)
-    ax.set_xlabel("scar / elastic contact without wear")
+    ax.set_xlabel("scar size / elastic contact size")
     ax.set_ylabel("formula / wear volume")

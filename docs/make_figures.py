@@ -53,7 +53,7 @@ def main() -> None:
                 (FIGURES / path.name).write_bytes(path.read_bytes())
     counting = {distance: table_3(distance) for distance in get_args(DistanceConvention)}
     across = worn_track()
-    title = "Across a wear track on a disc (made up)"
+    title = "Profile across a wear track (simulated)"
     drawn = {
         "twin-disc-table3.svg": plot_disc_model(counting, ROTATIONS, ROTATIONS),
         "disc-track-profile.svg": draw_profile(across, examined(across, None), title),

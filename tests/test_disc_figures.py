@@ -285,12 +285,12 @@ def scenario(distance, flat=0.0):
 def test_model_is_drawn_beside_the_papers_steps():
     case = scenario("contact-width", flat=5e-17)
     figure = plot_disc_model({"contact-width": case}, 2e6, 2000)
-    assert labels(figure) == ["contact-width", "the paper's steps"]
+    assert labels(figure) == ["contact-width", "published scheme"]
     grid = np.linspace(0, 2e6, 2001)
     steps = case.published(grid, 2000)
     places = dict(zip(figure.axes, ("depth", "pressure", "half_width", "half_length"), strict=True))
     for ax, outcome in places.items():
-        exact, dots = line(ax, "contact-width"), line(ax, "the paper's steps")
+        exact, dots = line(ax, "contact-width"), line(ax, "published scheme")
         worn = case.worn(exact.get_xdata() * 1e6)
         states = [one[outcome] for one in (worn, steps)]
         unit = 1e9 if outcome == "pressure" else MICRO
