@@ -39,7 +39,8 @@ def picture() -> str:
     below = MARGIN + len(rows) * (HEIGHT + GAP) + HEIGHT / 2
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" role="img">\n'
-        f"<title>Layers of tribopipe: each module imports only from the layers below</title>\n<style>\n{STYLE}\n</style>\n"
+        "<title>Layers of tribopipe: each module imports only from the layers below</title>\n"
+        f"<style>\n{STYLE}\n</style>\n"
         f'{boxes}\n<text class="says" x="{MARGIN}" y="{below:g}">Each module imports only from the layers below. '
         "Other packages can extend the modules in yellow.</text>\n</svg>\n"
     )

@@ -55,10 +55,10 @@ def test_the_manual_states_these_errors():
         f"{100 * (1 - stroke[0]):.0f} % too low for a stroke of 27 track widths, {100 * (1 - stroke[1]):.0f} % for 13",
         f"and {100 * (1 - stroke[2]):.0f} % for 5",
         f"by {100 * (1 - taper[0]):.0f} % if the width",
-        f"by {100 * (1 - taper[1]):.0f} % at 20 %",
+        f"by {100 * (1 - taper[1]):.0f} % if it deviates by 20 %",
         f"by more than {100 * (elastic_ratio(np.array([3.0]), 2)[0] - 1):.0f} %",
         f"is {100 * (elastic_ratio(np.array([2.0]), 3)[0] - 1):.0f} % too high",
-        f"at 1.3 times, {100 * (elastic_ratio(np.array([1.3]), 3)[0] - 1):.0f} %",
+        f"1.3 times this diameter, {100 * (elastic_ratio(np.array([1.3]), 3)[0] - 1):.0f} %",
     ):
         assert words in re.sub(r"\s+", " ", PAGE), words
     assert groove_ratio(at(23.0)) == pytest.approx(1.05, abs=0.002)
