@@ -30,7 +30,7 @@ class Block(Specimen):
     """The block, which stays in contact."""
 
     width: Length
-    """Width of the block across the sliding direction: length of the line in which it touches the ring."""
+    """Width of the block across the sliding direction, which is the length of the line contact with the ring."""
 
 
 class Ring(Specimen):

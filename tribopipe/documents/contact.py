@@ -53,26 +53,26 @@ def _physical_poisson_ratio(ratio: Quantity) -> Quantity:
 
 
 class Specimen(Record):
-    """One of the two bodies: its material and surface as they went into the test."""
+    """One of the two bodies: material and surface before the test."""
 
     material: str = Field(min_length=1)
-    """Material as the lab calls it: "Si3N4"."""
+    """Material, under the name used in the lab, such as "Si3N4"."""
     youngs_modulus: Pressure
-    """E of Eq. 3."""
+    """Young's modulus E (Eq. 3)."""
     poisson_ratio: Annotated[Ratio, AfterValidator(_physical_poisson_ratio)]
-    """ν of Eq. 3."""
+    """Poisson ratio ν (Eq. 3)."""
     density: Density | None = None
-    """Needed for post-test measurements given as a mass."""
+    """Density; required for post-test measurements of mass."""
     surface_roughness: Length | None = None
     """Arithmetic mean roughness Ra before the test."""
     vickers_hardness: float | None = Field(default=None, gt=0)
-    """HV, a number without a unit as usual."""
+    """Vickers hardness HV, without a unit."""
     fracture_toughness: Toughness | None = None
-    """K_Ic."""
+    """Fracture toughness K_Ic."""
     diameter: Length | None = None
     """Outer diameter of the specimen."""
     coating_thickness: Length | None = None
-    """Thickness of a coating on it: k_D of a test that wears through it is of no material."""
+    """Thickness of the coating, if any; if it is worn through, k_D applies to coating and substrate together."""
 
 
 Shape = Literal["spherical", "flat", "truncated-sphere", "block"]
@@ -105,10 +105,10 @@ class Tip(Specimen):
 
 
 class Pin(Tip):
-    """The pin or ball that rubs on the disc."""
+    """The pin or ball that slides on the disc."""
 
     shape: Literal["spherical", "flat", "truncated-sphere"]
-    """Spherical tip, a flat end of constant area, or a sphere with a flat ground or worn on it before the test."""
+    """Spherical tip, flat end of constant area, or sphere with a flat that was ground or worn before the test."""
     radius: Length
     """Radius R_P of a spherical tip, truncated or not; radius of the flat end of a flat pin."""
     flat_radius: Length | None = None

@@ -98,7 +98,7 @@ class Organisation(Record):
     """An institution; its name is sufficient."""
 
     name: _Line
-    """Name as it writes itself."""
+    """Official name."""
     ror: Ror | None = None
     """Link in the registry of research organizations, ror.org."""
 
@@ -107,7 +107,7 @@ Institution = Annotated[Organisation, BeforeValidator(_by_name, json_schema_inpu
 
 
 class Person(Record):
-    """Someone who made the data."""
+    """A person who contributed to the data."""
 
     family_name: _Line
     """Family name."""
@@ -118,7 +118,7 @@ class Person(Record):
     affiliation: Institution | None = None
     """Affiliations."""
     operator: tuple[_Line, ...] = ()
-    """What run.toml calls them as operator, by which they are known as those who ran a test."""
+    """Name under which run.toml lists this person as the operator of a test."""
 
     @property
     def name(self) -> str:
@@ -136,9 +136,9 @@ class Apparatus(Record):
     model: _Line | None = None
     """Type."""
     serial_number: _Line | None = None
-    """Which one of its type."""
+    """Serial number."""
     identifier: Annotated[str, Field(pattern=r"^https?://\S+$")] | None = None
-    """Link that stays, such as a handle by PIDINST."""
+    """Persistent identifier, such as a PIDINST handle."""
 
 
 class Funding(Record):
@@ -158,7 +158,7 @@ class Publication(Record):
     doi: Doi
     """DOI, as digits or as a link."""
     citation: _Line | None = None
-    """The paper as it is cited."""
+    """Citation of the paper."""
 
 
 class Dataset(Record):
@@ -167,15 +167,15 @@ class Dataset(Record):
     schema_version: Literal["tribopipe.dataset/1"] = Field(alias="schema")
     """Version of this document."""
     title: _Line | None = None
-    """Title under which it is cited."""
+    """Title of the data set, as in a citation."""
     description: _Line | None = None
     """Description of the work and its purpose, in a few sentences."""
     creators: tuple[Person, ...] = ()
     """Authors, in the order of the citation."""
     licence: Licence | None = None
-    """Under which others may use it, as spdx.org/licenses writes it: "CC-BY-4.0"."""
+    """License: an identifier from spdx.org/licenses, such as "CC-BY-4.0"."""
     keywords: tuple[_Line, ...] = ()
-    """Next to those that the runs give."""
+    """Keywords in addition to those from the runs."""
     version: _Line | None = None
     """Version of the data set."""
     published: date | None = None

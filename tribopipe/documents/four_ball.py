@@ -28,14 +28,14 @@ _GRADE = 1e-4
 
 
 class FourBall(SlidingBall):
-    """Three balls that stand still, and one that rotates on them."""
+    """Three stationary balls, and one that rotates on them."""
 
     kind: Literal["four-ball"]
     """Type of tribometer."""
     ball: Ball
     """The three stationary balls."""
     top_ball: Ball
-    """The rotating ball; default: same as the others."""
+    """The rotating ball; default: same as the stationary balls."""
 
     body_names: ClassVar[tuple[str, ...]] = ("ball", "top_ball")
     both: ClassVar[str] = "ball + top ball"

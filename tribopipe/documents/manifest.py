@@ -91,7 +91,7 @@ class StatedFriction(Record):
     """Parameters of μ(s) = A·exp(−s/c) + b (Eq. 7), known beforehand."""
 
     amplitude: Ratio
-    """A: friction coefficient at the start above the steady state."""
+    """A: friction coefficient at the start minus that in the steady state."""
     steady_state: Ratio
     """b."""
     running_in_distance: Distance
@@ -118,15 +118,15 @@ class Conditions(Record):
     curved_disc_speed: Speed | None = None
     """Tangential speed v₁ of the crowned disc; required if only one of time and rotations was recorded."""
     flat_disc_speed: Speed | None = None
-    """Tangential speed v₂ of the cylindrical disc; or give slip."""
+    """Tangential speed v₂ of the cylindrical disc; alternative to slip."""
     track_radius: Length | None = None
-    """Radius of the circle that a pin slides on; by it rotations and rotational speed of the disc become distances."""
+    """Radius of the wear track; used to convert rotations and rotational speed of the disc to distances and speeds."""
     rotational_speed: RotationalSpeed | None = None
-    """Rotational speed of the disc under a pin; with track_radius instead of sliding_speed."""
+    """Rotational speed of the disc under a pin; together with track_radius, an alternative to sliding_speed."""
     stroke: Length | None = None
     """Length of one stroke of a reciprocating pin."""
     frequency: Frequency | None = None
-    """Cycles per second, back and forth; with stroke instead of sliding_speed."""
+    """Reciprocating frequency, in cycles of two strokes; together with stroke, an alternative to sliding_speed."""
     weld_load: Force | None = None
     """Load at which the four balls weld, if known; a normal load at or above it is rejected."""
     slip: Slip | None = None
@@ -187,12 +187,12 @@ class Conditions(Record):
 
 
 class ColumnSource(Record):
-    """Position of one signal in a file."""
+    """Column of a file that contains a signal."""
 
     column: str = Field(min_length=1)
-    """Name of the column as the file's header writes it."""
+    """Name of the column, as in the header of the file."""
     unit: str | None = None
-    """Unit of the column; overrides the unit in the file; needed if the file states none."""
+    """Unit of the column; overrides the unit in the file; required if the file states none."""
 
 
 def _column_by_name(written: Any) -> Any:
@@ -228,7 +228,7 @@ def is_described(reader: str) -> bool:
 
 
 class SignalFile(Record):
-    """One file of the instrument and what its columns mean."""
+    """One file of the instrument and the meaning of its columns."""
 
     file: FileName | None = None
     """Name of the file, relative to run.toml."""
@@ -303,7 +303,7 @@ class EndValues(Record):
     """Post-test measurements with a profilometer, microscope or balance."""
 
     pin_wear_depth: MeasuredDepth | None = None
-    """Wear height of the pin."""
+    """Wear depth of the pin."""
     pin_scar_diameter: MeasuredLength | None = None
     """Diameter of the scar on a spherical pin; if the disc is worn, the mean of length and width."""
     pin_scar_length: MeasuredLength | None = None
@@ -313,29 +313,29 @@ class EndValues(Record):
     pin_wear_volume: MeasuredVolume | None = None
     """Wear volume of the pin."""
     pin_mass_loss: MeasuredMass | None = None
-    """Mass that the pin has lost; needs its density."""
+    """Mass loss of the pin; requires the density of the pin."""
     pin_profile: Profiles = ()
-    """Profiles across the worn tip, from which scar diameter and depth are taken."""
+    """Profiles across the worn tip; scar diameter and depth are determined from them."""
     disc_wear_depth: MeasuredDepth | None = None
-    """Maximum depth of the wear track on the disc a pin rubs on."""
+    """Maximum depth of the wear track on the disc."""
     disc_track_width: MeasuredLength | None = None
-    """Width of the wear track on the disc a pin rubs on."""
+    """Width of the wear track on the disc."""
     disc_track_area: MeasuredArea | None = None
-    """Cross-sectional area of the wear track on the disc a pin rubs on, below its unworn surface."""
+    """Cross-sectional area of the wear track on the disc, below the unworn surface."""
     disc_wear_volume: MeasuredVolume | None = None
-    """Wear volume of the disc under a pin."""
+    """Wear volume of the disc."""
     disc_mass_loss: MeasuredMass | None = None
-    """Mass that the disc a pin rubs on has lost; needs its density."""
+    """Mass loss of the disc; requires the density of the disc."""
     disc_profile: Profiles = ()
-    """Profiles across the track of the disc a pin rubs on, at several places, from which depth and volume are taken."""
+    """Profiles across the wear track of the disc, at several places; depth and volume are determined from them."""
     curved_disc_wear_depth: MeasuredDepth | None = None
-    """Wear height of the crown of a crowned disc."""
+    """Wear depth of the crown of a crowned disc."""
     curved_disc_track_width: MeasuredLength | None = None
     """Width of the flat worn on a crowned disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
     """Wear volume of a crowned disc."""
     curved_disc_profile: Profiles = ()
-    """Profiles across the track of a crowned disc, from which its volume is taken."""
+    """Profiles across the track of a crowned disc; the wear volume is determined from them."""
     flat_disc_wear_depth: MeasuredDepth | None = None
     """Depth of the track on a cylindrical disc."""
     flat_disc_track_width: MeasuredLength | None = None
@@ -343,7 +343,7 @@ class EndValues(Record):
     flat_disc_wear_volume: MeasuredVolume | None = None
     """Wear volume of a cylindrical disc."""
     flat_disc_profile: Profiles = ()
-    """Profiles across the track of a cylindrical disc, from which its volume is taken."""
+    """Profiles across the track of a cylindrical disc; the wear volume is determined from them."""
 
     @model_validator(mode="after")
     def _wear_is_a_loss(self) -> Self:
@@ -387,11 +387,11 @@ class Interruption(EndValues):
     )
 
     sliding_distance: Distance | None = None
-    """Distance that a pin had covered until then."""
+    """Sliding distance of the pin up to the interruption."""
     rotations: Rotations | None = None
-    """Rotations that a crowned disc had done until then."""
+    """Rotations of the crowned disc up to the interruption."""
     remounted: bool = False
-    """Whether the specimens were taken out, so that the depth sensor started again from another offset."""
+    """Whether the specimens were removed and remounted, which changes the zero offset of the depth sensor."""
 
     @property
     def place(self) -> float:
@@ -409,7 +409,7 @@ class Sensors(Record):
     """Uncertainties of the sensors other than noise."""
 
     depth_scale: Annotated[Ratio, AfterValidator(_above_zero)] = Quantity(value=1.0, unit="1")
-    """True displacement over displacement read: the depth signal is multiplied by it."""
+    """Ratio of true to recorded displacement, by which the depth signal is multiplied."""
 
 
 def _date_and_time(written: Any) -> Any:
@@ -428,13 +428,13 @@ class RunManifest(Record):
     started: Annotated[datetime, BeforeValidator(_date_and_time)] | None = None
     """Start of the test, such as 2006-03-01T09:30:00+01:00."""
     title: str | None = None
-    """One line about the run."""
+    """Title of the run, one line."""
     operator: str | None = None
     """Operator of the test."""
     instrument: str | None = None
     """Name of the tribometer."""
     comment: str | None = None
-    """Anything else worth keeping."""
+    """Other information about the test."""
     contact: AnyContact | None = None
     """The two bodies; without them, only friction is evaluated."""
     conditions: Conditions

@@ -51,39 +51,39 @@ def _refuse_endless(seconds: float, sensors: "RecordingSensors") -> None:
 
 
 class RecordingSensors(Record):
-    """How any virtual instrument records, and what it adds to the truth."""
+    """Sampling and noise of a virtual instrument."""
 
     sampling_rate: Frequency = Field(default_factory=lambda: _of(10.0, "1/s"))
     """Samples per second."""
     depth_noise: Length = Field(default_factory=lambda: _of(1e-7, "m"))
-    """Standard deviation of the depth reading."""
+    """Standard deviation of the noise in the depth signal."""
     depth_correlation_time: Time = Field(default_factory=lambda: _of(2.0, "s"))
-    """Time over which the noise of the depth forgets itself."""
+    """Correlation time of the depth noise."""
     depth_resolution: Length = Field(default_factory=lambda: _of(1e-8, "m"))
-    """Step of the digitised depth."""
+    """Resolution of the digitized depth signal."""
     friction_noise: Ratio = Field(default_factory=lambda: _of(0.02, "1"))
-    """Standard deviation of the friction coefficient."""
+    """Standard deviation of the noise in the friction coefficient."""
     friction_correlation_time: Time = Field(default_factory=lambda: _of(0.5, "s"))
-    """Time over which the noise of friction forgets itself."""
+    """Correlation time of the friction noise."""
     load_noise: Ratio = Field(default_factory=lambda: _of(0.002, "1"))
-    """Standard deviation of the normal force over the normal force."""
+    """Standard deviation of the noise in the normal force, relative to the normal force."""
 
 
 class Sensors(RecordingSensors):
-    """How the virtual pin-on-disc tribometer records, and how its pins are measured."""
+    """Sensors and post-test measurements of the virtual pin-on-disc tribometer."""
 
     scar_uncertainty: Length = Field(default_factory=lambda: _of(2e-6, "m"))
     """Standard uncertainty of the scar diameter of a spherical pin, drawn once per run."""
     pin_end_value: Literal["pin_scar_diameter", "pin_wear_depth"] = "pin_scar_diameter"
     """Measurement on a spherical pin after the test; on a flat pin, always the wear depth."""
     height_loss_uncertainty: Length = Field(default_factory=lambda: _of(2.5e-7, "m"))
-    """Standard uncertainty of the height lost by a pin, drawn once per run where that is measured."""
+    """Standard uncertainty of the wear depth of a pin, drawn once per run if it is measured."""
     disc_volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.05, "1"))
     """Relative standard uncertainty of the wear volume of the counterbody, drawn once per run if it has a k_D."""
 
 
 class AnyVirtualRun(Record):
-    """Keys that runs of any series have."""
+    """Keys of the runs of all series."""
 
     id: RunId
     """Name of the run and of its folder."""
@@ -94,13 +94,13 @@ class AnyVirtualRun(Record):
     friction: StatedFriction
     """True friction, over the sliding or slip distance."""
     zero_offset: Length
-    """Sensor reading before any wear."""
+    """Depth signal before any wear."""
     drift_rate: DriftRate
     """Drift of the depth sensor."""
 
 
 class VirtualRun(AnyVirtualRun):
-    """One run of a series: load, the truth behind it, and the seed of its noise."""
+    """One run of a series: load, true values, and seed of the noise."""
 
     normal_load: Force
     """F_N."""
@@ -109,7 +109,7 @@ class VirtualRun(AnyVirtualRun):
     disc_wear_coefficient: WearCoefficient | None = None
     """True k_D of the counterbody; with it, both bodies wear by volume, and its wear volume is measured."""
     disc_wear_depth: MeasuredDepth | None = None
-    """Disc wear at the end of the run; omit it if the disc wear could not be measured."""
+    """Wear depth of the disc at the end of the run; omit it if the wear of the disc was not measurable."""
 
     @model_validator(mode="after")
     def _the_counterbody_wears_in_one_way(self) -> Self:
@@ -122,18 +122,18 @@ class VirtualRun(AnyVirtualRun):
 
 
 class AnySeries(Record):
-    """Keys that series of any contact have."""
+    """Keys of the series of all contacts."""
 
     title: str
-    """One line about the series."""
+    """Title of the series, one line."""
     law: LawName = "archard"
-    """Wear law of the truth."""
+    """True wear law."""
     law_parameters: dict[str, GivenParameter] = Field(default_factory=dict)
     """True parameters of the law in addition to k_D."""
     medium: str
     """Environment or lubricant."""
     depth_scale: Ratio = Field(default_factory=lambda: _of(1.0, "1"))
-    """True displacement over displacement read."""
+    """Ratio of true to recorded displacement."""
 
 
 class Series(AnySeries):
@@ -142,8 +142,8 @@ class Series(AnySeries):
     contact: AnySlidingPin
     """The two bodies."""
     systematic_errors: bool = False
-    """Whether load, tip radius, moduli, speed and sensor scale are off by errors drawn once per run within their stated
-    uncertainty, or are just what the manifest states."""
+    """Whether errors of load, tip radius, moduli, speed and sensor scale are drawn once per run within the stated
+    uncertainties, or these quantities are exactly as stated in run.toml."""
     sliding_speed: Speed
     """Nominal sliding speed."""
     sliding_distance: Distance
@@ -151,7 +151,7 @@ class Series(AnySeries):
     stroke: Length | None = None
     """Stroke length of a reciprocating pin."""
     track_radius: Length | None = None
-    """Radius of the circle on which a pin slides on a disc; needed where the disc has a k_D."""
+    """Radius of the wear track on the disc; required if the disc has a k_D."""
     sensors: Sensors = Sensors()
     """The instrument."""
     runs: tuple[VirtualRun, ...] = Field(min_length=1)
@@ -195,24 +195,24 @@ DiscEndValue = Literal["wear_depth", "track_width", "wear_volume"]
 
 
 class TwinDiscSensors(RecordingSensors):
-    """How the virtual twin-disc tribometer records, and how its discs are measured."""
+    """Sensors and post-test measurements of the virtual twin-disc tribometer."""
 
     sampling_rate: Frequency = Field(default_factory=lambda: _of(1 / 60, "1/s"))
-    """Samples per second; each is a mean over the time between two. One more is taken where the test stops."""
+    """Samples per second; each is a mean over one sampling interval. One more is recorded at the end of the test."""
     depth_noise: Length = Field(default_factory=lambda: _of(3e-8, "m"))
-    """Standard deviation of the depth reading."""
+    """Standard deviation of the noise in the depth signal."""
     depth_correlation_time: Time = Field(default_factory=lambda: _of(300.0, "s"))
-    """Time over which the noise of the depth forgets itself."""
+    """Correlation time of the depth noise."""
     depth_resolution: Length = Field(default_factory=lambda: _of(1e-9, "m"))
-    """Step of the digitised depth."""
+    """Resolution of the digitized depth signal."""
     friction_noise: Ratio = Field(default_factory=lambda: _of(0.01, "1"))
-    """Standard deviation of the friction coefficient."""
+    """Standard deviation of the noise in the friction coefficient."""
     friction_correlation_time: Time = Field(default_factory=lambda: _of(60.0, "s"))
-    """Time over which the noise of friction forgets itself."""
+    """Correlation time of the friction noise."""
     end_values: tuple[DiscEndValue, ...] = ("wear_volume",)
     """Measurement on either disc after the test."""
     volume_uncertainty: Ratio = Field(default_factory=lambda: _of(0.08, "1"))
-    """Standard uncertainty of a disc's worn volume over that volume, drawn once per run and disc."""
+    """Relative standard uncertainty of the wear volume of a disc, drawn once per run and disc."""
     wear_depth_uncertainty: Length = Field(default_factory=lambda: _of(5e-8, "m"))
     """Standard uncertainty of a disc's wear depth, drawn once per run and disc."""
     track_width_uncertainty: Length = Field(default_factory=lambda: _of(4e-6, "m"))
@@ -220,10 +220,10 @@ class TwinDiscSensors(RecordingSensors):
 
 
 class Fatigue(Record):
-    """Wear that quickens where the surfaces tire, as the paper suspects (Section 3.5) and no wear law here has it."""
+    """Wear that accelerates because of fatigue, as suspected in the paper (Section 3.5); no wear law includes it."""
 
     from_rotations: Rotations
-    """Rotations after which it sets in."""
+    """Rotations after which fatigue begins."""
     factor: float = Field(gt=0)
     """Factor by which both k_D are multiplied from then on."""
 
@@ -240,7 +240,7 @@ def _discs_that_slip(slip: Quantity) -> Quantity:
 
 
 class TwinDiscVirtualRun(AnyVirtualRun):
-    """One run of two discs: slip, rotations, the truth behind it, and the seed of its noise."""
+    """One run of two discs: slip, rotations, true values, and seed of the noise."""
 
     normal_load: Force | None = None
     """Normal load; default: that of the series."""
@@ -274,12 +274,12 @@ class TwinDiscSeries(AnySeries):
     contact: TwinDisc
     """The two discs."""
     systematic_errors: bool = False
-    """Whether load, radii, moduli, slip and sensor scale are off by errors drawn once per run within their stated
-    uncertainty, or are just what the manifest states. The counter of rotations counts right."""
+    """Whether errors of load, radii, moduli, slip and sensor scale are drawn once per run within the stated
+    uncertainties, or these quantities are exactly as stated in run.toml. The number of rotations is always exact."""
     curved_disc_speed: Speed
     """Nominal tangential speed v₁ of the crowned disc."""
     normal_load: Force | None = None
-    """Normal load of runs without their own."""
+    """Normal load of runs that do not state a load."""
     sensors: TwinDiscSensors = TwinDiscSensors()
     """The instrument."""
     runs: tuple[TwinDiscVirtualRun, ...] = Field(min_length=1)
@@ -369,7 +369,7 @@ class Plan(Record):
 
 
 class Truth(Record):
-    """Input of a virtual run, written as truth.json in its folder."""
+    """True values of a virtual run, written to truth.json in its folder."""
 
     schema_version: Literal["tribopipe.truth/1"] = Field(default="tribopipe.truth/1", alias="schema")
     """Version of this document."""
@@ -384,13 +384,13 @@ class Truth(Record):
     friction: StatedFriction
     """Eq. 7."""
     zero_offset: Quantity
-    """Sensor reading before any wear."""
+    """Depth signal before any wear."""
     drift_rate: DriftRate
     """Drift of the depth sensor."""
     end_pin_wear_depth: Quantity
-    """Pin wear at the end, without any error."""
+    """Wear depth of the pin at the end, without errors."""
     end_disc_wear_depth: Quantity
-    """Disc wear at the end, without any error."""
+    """Wear depth of the disc at the end, without errors."""
     disc_wear_coefficient: WearCoefficient | None = None
     """k_D of the counterbody; None if it has none."""
     end_disc_wear_volume: Quantity | None = None
@@ -398,7 +398,7 @@ class Truth(Record):
 
 
 class TwinDiscTruth(Record):
-    """Input of a virtual run of two discs, written as truth.json in its folder."""
+    """True values of a virtual run of two discs, written to truth.json in its folder."""
 
     schema_version: Literal["tribopipe.twin-disc-truth/1"] = Field(
         default="tribopipe.twin-disc-truth/1", alias="schema"
@@ -421,7 +421,7 @@ class TwinDiscTruth(Record):
     friction: StatedFriction
     """Eq. 7, over the slip distance."""
     zero_offset: Quantity
-    """Sensor reading before any wear."""
+    """Depth signal before any wear."""
     drift_rate: DriftRate
     """Drift of the depth sensor."""
     end_curved_wear_depth: Quantity
@@ -429,8 +429,8 @@ class TwinDiscTruth(Record):
     end_flat_wear_depth: Quantity
     """Wear depth of the cylindrical disc at the end, without any error."""
     end_curved_wear_volume: Quantity
-    """Worn volume of the crowned disc at the end, without any error."""
+    """Wear volume of the crowned disc at the end, without errors."""
     end_flat_wear_volume: Quantity
-    """Worn volume of the cylindrical disc at the end, without any error."""
+    """Wear volume of the cylindrical disc at the end, without errors."""
     end_track_width: Quantity
     """Width of the track on both discs at the end, without any error."""

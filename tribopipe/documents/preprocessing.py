@@ -26,12 +26,12 @@ class ContinuousAxes(Record):
     step: Literal["continuous-axes"] = "continuous-axes"
     """Name of the step."""
     carried_over: Literal["told", "always", "never"] = "told"
-    """When a start above zero, carried over from the test before, is subtracted: where another axis shows so, whenever
-    the first value is not zero, or never."""
+    """Whether a non-zero start, carried over from the previous test, is subtracted: if another axis or the large
+    value indicates it ("told"), always, or never."""
 
 
 class SignalLimits(Record):
-    """Between which values a signal can be trusted."""
+    """Range of plausible values of a signal."""
 
     lowest: Annotated[Quantity | None, _Written] = None
     """Lower limit; values below it are masked."""
@@ -66,14 +66,14 @@ def _limits_of_signals(written: Any) -> Any:
 
 
 class Mask(Record):
-    """Impossible values, sentinel values and values beyond limits become missing."""
+    """Impossible values, error codes and values beyond limits are marked as missing."""
 
     step: Literal["mask"] = "mask"
     """Name of the step."""
     impossible: bool = True
-    """Whether values that no tribometer sees, repeated sentinels and dead load channels are masked."""
+    """Whether physically impossible values, repeated error codes and dead load channels are masked."""
     limits: Annotated[dict[SignalName, SignalLimits], BeforeValidator(_limits_of_signals)] = Field(default_factory=dict)
-    """Signal → its lowest and highest value that can be trusted."""
+    """Signal → its lowest and highest plausible value."""
 
 
 class TimeWindow(Record):
@@ -95,7 +95,7 @@ class TimeWindow(Record):
 
 
 class Zero(Record):
-    """The reading of force sensors without contact is subtracted from their signals."""
+    """The mean value measured without contact is subtracted from force signals."""
 
     step: Literal["zero"] = "zero"
     """Name of the step."""
@@ -106,21 +106,21 @@ class Zero(Record):
 
 
 class PressingLoad(Record):
-    """A normal force that reads negative when loaded has its sign reversed."""
+    """The sign of a normal force that is negative under load is inverted."""
 
     step: Literal["pressing-load"] = "pressing-load"
     """Name of the step."""
 
 
 class FrictionSign(Record):
-    """Friction of a test in one direction that reads negative has its sign reversed."""
+    """The sign of negative friction in a unidirectional test is inverted."""
 
     step: Literal["friction-sign"] = "friction-sign"
     """Name of the step."""
 
 
 class UnloadedFriction(Record):
-    """A friction coefficient where hardly anything presses is masked: a quotient of two noises."""
+    """The friction coefficient is masked where there is hardly any load, because it is then only noise."""
 
     step: Literal["unloaded-friction"] = "unloaded-friction"
     """Name of the step."""
@@ -134,21 +134,21 @@ class StrokeWiseFriction(Record):
     step: Literal["stroke-wise-friction"] = "stroke-wise-friction"
     """Name of the step."""
     method: StrokeMethod = "middle-of-stroke"
-    """Mean of |μ| over the middle of a stroke, or half the difference of forth and back over the middle of both, which
-    an offset of the sensor does not touch."""
+    """Mean of |μ| over the middle of a stroke, or half the difference between forward and backward stroke, which is
+    independent of an offset of the sensor."""
     middle: float = Field(default=0.5, gt=0, le=1)
-    """Share of a stroke that counts as its middle."""
+    """Fraction of a stroke that is used as its middle part."""
     only_with_stroke: bool = True
-    """Only runs whose conditions.stroke is stated; else all whose friction changes sign regularly."""
+    """Only for runs with conditions.stroke; otherwise for all runs in which friction changes sign regularly."""
 
 
 class TurnOver(Record):
-    """Signals that count the other way are multiplied by −1."""
+    """Signals of opposite sign are multiplied by −1."""
 
     step: Literal["turn-over"] = "turn-over"
     """Name of the step."""
     signals: tuple[TurnedSignal, ...]
-    """Measured signals whose sign is reversed."""
+    """Measured signals whose sign is inverted."""
 
     @model_validator(mode="after")
     def _something_is_turned(self) -> Self:
@@ -161,16 +161,16 @@ class TurnOver(Record):
 
 
 class Despike(Record):
-    """Lone samples far off the median of their neighbors are masked (Hampel's identifier)."""
+    """Single samples far from the median of their neighbors are masked (Hampel identifier)."""
 
     step: Literal["despike"] = "despike"
     """Name of the step."""
     signals: tuple[SignalName, ...] = ("normal_force", "friction_force", "friction_coefficient", "depth")
     """Measured signals to despike."""
     window: int = Field(default=11, ge=3, le=1001)
-    """Samples whose median counts, an odd number."""
+    """Number of samples over which the median is taken, odd."""
     threshold: float = Field(default=6.0, gt=0)
-    """Standard deviations, by the median absolute deviation, beyond which a sample is a spike."""
+    """Threshold in standard deviations, estimated from the median absolute deviation."""
 
     @model_validator(mode="after")
     def _window_has_a_middle(self) -> Self:
@@ -222,7 +222,7 @@ class Change(Record):
     signal: SignalName
     """The signal."""
     samples: int
-    """Number of samples that it changed."""
+    """Number of changed samples."""
     what: str
     """Description of the change."""
     why: str
@@ -242,11 +242,11 @@ class CleanUp(Record):
     """Preprocessing of a run's signals before the evaluation; raw signals are kept unchanged."""
 
     changes: tuple[Change, ...] = ()
-    """Everything that was done, in order."""
+    """All changes, in order."""
     derived: dict[SignalName, str] = Field(default_factory=dict)
-    """Columns that came out otherwise since they are derived from changed ones, and what they are derived from."""
+    """Columns that changed because they are derived from changed columns, and those from which they are derived."""
     left_out: tuple[SignalName, ...] = ()
-    """Signals of which nothing could be used, so that the run is processed without them."""
+    """Signals without valid samples, without which the run is processed."""
 
     def changed(self, signal: SignalName) -> bool:
         """Return whether a signal came out otherwise than it was recorded."""

@@ -75,7 +75,7 @@ class Calibration(Record):
     unit: Unit
     """Unit of the calibrated quantity, such as "N"."""
     points: tuple[Point, ...] = ()
-    """Pairs of reading and value, in any order; a straight line in between."""
+    """Pairs of reading and value, in any order; interpolated linearly."""
     polynomial: tuple[float, ...] = Field(default=(), max_length=20)
     """Alternative to points: c₀, c₁, c₂… of c₀ + c₁x + c₂x² + … for the reading x."""
     range: Point | None = None
@@ -122,20 +122,20 @@ class DescribedColumn(Record):
     axis: Literal["x", "y", "z"] | None = None
     """Coordinate of a profile: x along the scan, y across scans, z the height, positive out of the specimen."""
     unit: Unit | None = None
-    """Unit after scale and offset; overrides the unit in the file; needed if the file states none."""
+    """Unit after scale and offset; overrides the unit in the file; required if the file states none."""
     scale: float = 1.0
-    """The column is multiplied by it…"""
+    """Factor by which the column is multiplied."""
     offset: float = 0.0
-    """…and this is added, in the column's unit."""
+    """Offset that is added after scaling, in the unit of the column."""
     calibration: str | None = None
-    """Name of the calibration that turns the column into what was measured."""
+    """Name of the calibration that converts the column to the measured quantity."""
 
 
 class Fact(Record):
-    """Something the lines above the table state about the run."""
+    """Information on the run in the lines above the table."""
 
     pattern: Pattern
-    """Regular expression; what its first group matches is the value, or else the whole match."""
+    """Regular expression; the value is the match of its first group, or the entire match if there is no group."""
     unit: Unit | None = None
     """Unit of the number, if the file states none."""
     date: str | None = None
@@ -146,7 +146,7 @@ WrittenFact = Annotated[Fact, BeforeValidator(_a_pattern_alone, json_schema_inpu
 
 
 class ReaderProfile(Record):
-    """A text table as a lab's own instrument exports it."""
+    """Description of a text table exported by a custom-built instrument."""
 
     schema_version: Literal["tribopipe.reader/1"] = Field(alias="schema")
     """Version of this document."""
@@ -157,7 +157,7 @@ class ReaderProfile(Record):
     holds: Literal["signals", "profile"] = "signals"
     """Content of the files: signals of a test, or a profile measured after the test."""
     detect: Pattern | None = None
-    """Found in one of the first lines of every file of this format, and of no other."""
+    """Regular expression found in the first lines of every file of this format, and of no other format."""
     encoding: str | None = None
     """Text encoding, such as "cp1252" or "shift_jis"; default: detected."""
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
@@ -165,7 +165,7 @@ class ReaderProfile(Record):
     decimal: Literal[".", ","] | None = None
     """Decimal sign; default: detected."""
     starts_at: Pattern | None = None
-    """Found in the first line of the table: the header row, or the first data row if names are specified here."""
+    """Regular expression found in the first line of the table: the header row, or the first data row with names."""
     header_lines: int | None = Field(default=None, ge=0, le=250)
     """Number of lines above the first line of the table; an alternative to starts_at."""
     names: tuple[Annotated[str, Field(min_length=1)], ...] = ()

@@ -20,7 +20,7 @@ class DriftRecipe(Record):
     """Settings of the drift correction."""
 
     window: float = Field(default=0.02, gt=0, lt=0.5)
-    """Share of the sliding distance at either end from which two-step correction takes zero offset and end reading."""
+    """Fraction of the distance at each end that gives zero offset and final value in the two-step correction."""
     prior: Length = Field(default_factory=lambda: _length(250e-9))
     """Standard uncertainty of the drift over a whole test, used only if no wear was measured after it.
 
@@ -29,7 +29,7 @@ class DriftRecipe(Record):
 
 
 class FrictionRecipe(Record):
-    """Which part of the friction signal is fitted with Eq. 7."""
+    """Part of the friction signal that is fitted with Eq. 7."""
 
     start: Position | None = None
     """Start of the fit, such as "0 m" for the first sample; default: end of the loading ramp, which is detected."""
@@ -70,40 +70,40 @@ class DefaultUncertainty(Record):
     youngs_modulus: float = Field(default=0.02, ge=0)
     """Relative, for each body."""
     sliding_speed: float = Field(default=0.005, ge=0)
-    """Relative; it matters where sliding distance is derived from the nominal speed."""
+    """Relative; used if the sliding distance is derived from the nominal speed."""
     depth_scale: float = Field(default=0.005, ge=0)
-    """Relative: how far the depth sensor's calibration may be off."""
+    """Relative: uncertainty of the calibration of the depth sensor."""
     crown_radius: float = Field(default=0.002, ge=0)
     """Relative."""
     rolling_radius: float = Field(default=0.001, ge=0)
     """Relative, for each disc of two."""
     slip: float = Field(default=0.01, ge=0)
-    """Relative: of the slip itself."""
+    """Relative to the slip itself."""
     wear_volume: float = Field(default=0.1, ge=0)
     """Relative."""
     density: float = Field(default=0.005, ge=0)
     """Relative, for each body."""
     track_radius: float = Field(default=0.01, ge=0)
-    """Relative: of the circle that a pin slides on, or of its stroke."""
+    """Relative: track radius, or stroke."""
     track_width: Length = Field(default_factory=lambda: _length(2e-6))
-    """Absolute: about what an optical microscope resolves."""
+    """Absolute: approximately the resolution of an optical microscope."""
     pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
-    """Absolute: about what an optical microscope resolves."""
+    """Absolute: approximately the resolution of an optical microscope."""
     wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
-    """Absolute: the discrepancy the paper found at most."""
+    """Absolute: the largest discrepancy found in the paper."""
     mass_loss: Mass = Field(default_factory=lambda: _mass(1e-7))
-    """Absolute: 0.1 mg, about what an analytical balance repeats."""
+    """Absolute: approximately the repeatability of an analytical balance."""
     unseen_groove: float = Field(default=0.15, ge=0)
-    """Relative: depth of a groove in a disc that nobody looked at, over the wear depth of a pin that is not flat."""
+    """Depth of a possible groove in an unmeasured disc, relative to the wear depth of a pin that is not flat."""
 
 
 class MonteCarloRecipe(Record):
     """Settings of the propagation of distributions (JCGM 101:2008)."""
 
     significant_digits: Literal[0, 1, 2] = 1
-    """Digits of the standard uncertainty that must be stable when drawing ends (7.9.2); 0 stays at first order."""
+    """Digits of the standard uncertainty that must be stable before sampling ends (7.9.2); 0: first-order only."""
     seed: int = Field(default=1, ge=0)
-    """Seed of every draw."""
+    """Seed of the random numbers."""
 
 
 def _length(metres: float) -> Length:
@@ -124,7 +124,7 @@ class Recipe(Record):
     schema_version: Literal["tribopipe.recipe/1"] = Field(default="tribopipe.recipe/1", alias="schema")
     """Version of this document."""
     clean_up: tuple[CleaningStep, ...] = AUTOMATIC
-    """Steps of preprocessing, in order; an empty list leaves them as they were recorded."""
+    """Steps of preprocessing, in order; with an empty list, the recorded signals are used unchanged."""
     drift: DriftRecipe = DriftRecipe()
     """Drift correction."""
     friction: FrictionRecipe = FrictionRecipe()

@@ -25,7 +25,7 @@ class Laboratory(Record):
     name: _Line
     """Name of the laboratory."""
     address: _Text | None = None
-    """Postal address, in as many lines as it takes."""
+    """Postal address, one or more lines."""
     location: _Text | None = None
     """Place of the tests, if different from the laboratory."""
     contact: _Line | None = None
@@ -51,13 +51,13 @@ class Samples(Record):
     """The samples received."""
 
     description: _Text | None = None
-    """Which specimens, and how each is identified."""
+    """The specimens, and the identification of each."""
     received: date | None = None
     """Date of receipt."""
     condition: _Text | None = None
-    """State in which they arrived."""
+    """Condition on receipt."""
     sampling: _Text | None = None
-    """Sampling plan and method, where the laboratory sampled."""
+    """Sampling plan and method, if the laboratory took the samples."""
 
 
 class Signatory(Record):
@@ -83,7 +83,7 @@ class ReportDetails(Record):
     standard: StandardName | None = None
     """Standard test method; by default that of the contact: G99, G133, G77 or D4172."""
     follows: Literal["all particulars", "procedure"] = "procedure"
-    """Whether the tests had the parameters of the standard, or followed its procedure with others."""
+    """Whether the tests used the parameters of the standard, or its procedure with other parameters."""
     deviations: _Text | None = None
     """Additions to, deviations from, or exclusions from the standard."""
     external: _Text | None = None

@@ -41,18 +41,18 @@ class Study(Record):
     id: RunId
     """Name of the study."""
     title: str | None = None
-    """One line about the study."""
+    """Title of the study, one line."""
     fit: tuple[RunId, ...] = Field(min_length=1)
-    """Runs that identify k_D."""
+    """Runs from which k_D is identified."""
     predict: tuple[RunId, ...] = ()
     """Runs that are predicted with it."""
     laws: tuple[LawName, ...] = Field(default=("archard", "sarkar"), min_length=1)
     """Wear laws."""
     shared: tuple[SharedInput, ...] = ("pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus")
-    """Inputs that are off by the same error in all runs, such as the moduli of one material or one load cell; those
-    that a run's tribometer does not have are passed over. What a recipe gives of a wear law is always shared."""
+    """Inputs with the same error in all runs, such as the moduli of one material or the load from one load cell; inputs
+    that do not apply to a run are ignored. Parameters of a wear law given in a recipe are always shared."""
     end_of_life: Length | None = None
-    """Wear depth, of the pin or the crowned disc, whose distance or rotations are wanted for every run."""
+    """Wear depth, of the pin or the crowned disc, for which distance or rotations are calculated for every run."""
 
     @model_validator(mode="after")
     def _each_run_has_one_place(self) -> Self:

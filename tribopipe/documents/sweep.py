@@ -68,19 +68,19 @@ class VirtualTests(Record):
 
 
 class Uniform(Record):
-    """A value drawn anywhere between two."""
+    """A value drawn from a uniform distribution."""
 
     uniform: tuple[Any, Any]
-    """Least and greatest value."""
+    """Lowest and highest value."""
 
 
 class Normal(Record):
-    """A value drawn about a mean."""
+    """A value drawn from a normal distribution."""
 
     normal: Any
     """Mean."""
     standard_uncertainty: Any
-    """Standard deviation, or a share of the mean such as "2 %"."""
+    """Standard deviation, or a percentage of the mean such as "2 %"."""
 
 
 Drawn = Uniform | Normal
@@ -141,7 +141,7 @@ class Sweep(Record):
     schema_version: Literal["tribopipe.sweep/1"] = Field(default="tribopipe.sweep/1", alias="schema")
     """Version of this document."""
     title: str | None = None
-    """One line about the sweep."""
+    """Title of the sweep, one line."""
     choices: Choices | None = None
     """Sensitivity of k_D to choices of evaluation."""
     predictions: Predictions | None = None
@@ -149,11 +149,11 @@ class Sweep(Record):
     virtual_tests: VirtualTests | None = None
     """Accuracy of k_D from virtual tests, and coverage of its intervals."""
     vary: Vary = Field(default_factory=dict)
-    """Documents as they are written, with a list of values, or a distribution, in the place of a value."""
+    """Keys of other documents, with a list of values or a distribution in place of a value."""
     repeats: int | None = Field(default=None, ge=1)
     """Number of repeats of each combination, with new random values, or as another virtual test."""
     seed: int = Field(default=1, ge=0)
-    """Seed of all that is drawn."""
+    """Seed of the random numbers."""
 
     @property
     def needs_archive(self) -> bool:

@@ -18,9 +18,9 @@ class CurvedDisc(Specimen):
     rolling_radius: Length
     """r₁z: radius along the direction of rolling."""
     crown_radius: Length
-    """r₁x: radius of its surface across the direction of rolling."""
+    """r₁x: radius of the surface across the direction of rolling."""
     width: Length | None = None
-    """Width of the running surface, beyond which a worn flat cannot widen."""
+    """Width of the running surface, which limits the width of the worn flat."""
 
 
 class FlatDisc(Specimen):
