@@ -68,10 +68,11 @@ def _compared(comparison: LawComparison) -> str:
     """State which law AIC favors, or between which it does not discriminate."""
     ordered = sorted(comparison.delta_aic.items(), key=lambda one: one[1])
     differences = ", ".join(f"{law_label(law)} {delta:.1f}" for law, delta in ordered)
+    alike = max(2, sum(delta < 2 for _, delta in ordered))
     found = (
         f"favors {law_title(comparison.preferred)}"
         if comparison.preferred
-        else f"does not discriminate between {' and '.join(law_title(law) for law, delta in ordered if delta < 2)}"
+        else f"does not discriminate between {' and '.join(law_title(law) for law, _ in ordered[:alike])}"
     )
     return f"AIC {found} (AIC minus the lowest: {differences})"
 

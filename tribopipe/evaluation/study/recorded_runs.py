@@ -35,6 +35,7 @@ from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.uncertainty import solve_draws
 from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.friction_path import MeasuredFriction
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_radius
 from tribopipe.results.study import (
     ChangePoint,
@@ -93,6 +94,8 @@ _EDGE = 4
 """Stretches at either end in which no change is looked for."""
 _PREFERENCE = 2.0
 """Difference of AIC below which two models are about as good (K. P. Burnham, D. R. Anderson, 2002, 2.6)."""
+_CLEAR_PREFERENCE = 10.0
+"""That above which one has essentially no support: the noise of a measured friction shifts AIC by several units."""
 
 
 class Shape:
@@ -208,10 +211,15 @@ def compare_laws(shapes: Mapping[LawName, Shape]) -> LawComparison | None:
     found = {law: aic for law, shape in shapes.items() if (aic := shape.aic()) is not None}
     if len(found) < 2:
         return None
-    best, next_best = sorted(found, key=lambda law: found[law])[:2]
+    best, *others = sorted(found, key=lambda law: found[law])
+    noisy = {law for law, shape in shapes.items() if isinstance(shape.problem.friction, MeasuredFriction)}
+
+    def least(other: LawName) -> float:
+        return _CLEAR_PREFERENCE if noisy & {best, other} else _PREFERENCE
+
     return LawComparison(
         delta_aic={law: aic - found[best] for law, aic in found.items()},
-        preferred=best if found[next_best] - found[best] >= _PREFERENCE else None,
+        preferred=best if all(found[law] - found[best] >= least(law) for law in others) else None,
     )
 
 
