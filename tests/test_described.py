@@ -213,7 +213,7 @@ def test_scale_comes_before_the_calibration(made):
 
 
 def test_a_name_that_is_taken(made):
-    with pytest.raises(ReaderError, match="found the column 'F, calibrated' in the file as well"):
+    with pytest.raises(ReaderError, match="found the column 'F, calibrated' in the file, although"):
         calibrated(made, "points = [[0, 0], [1, 10]]", b"t;F;F, calibrated\n0;0;0\n1;1;1\n")
 
 

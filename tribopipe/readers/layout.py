@@ -17,8 +17,8 @@ from tribopipe.readers.text import LINE_END, LONGEST_LINE, Row, Text, lines_from
 
 _MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}", re.ASCII)
 _ASK_FOR_SEPARATOR = (
-    "expected commas that are unambiguously column separators or decimal signs; "
-    "specify separator and decimal in run.toml"
+    "where the comma may be a column separator or a decimal comma; expected an unambiguous separator; specify "
+    "separator and decimal in run.toml"
 )
 
 
@@ -55,12 +55,12 @@ def _comma_doubt(table: Table) -> str | None:
         for cell in row.cells:
             parts = cell.split()
             if len(parts) > 1 and all(is_number(part, ".") for part in parts):
-                return f"line {row.line}: found {cell!r} between commas; {_ASK_FOR_SEPARATOR}"
+                return f"line {row.line}: found {cell!r} between commas, {_ASK_FOR_SEPARATOR}"
     pointed = any(not INTEGER.fullmatch(number) for _, _, number in table.numbers)
     names = table.names
     if pointed or len(names) % 2 or not all(unit and is_unit(unit) for unit in names[1::2]):
         return None
-    return f"line {table.rows[table.top].line}: found '{', '.join(names)}' above integers; {_ASK_FOR_SEPARATOR}"
+    return f"line {table.rows[table.top].line}: found '{', '.join(names)}' above integers, {_ASK_FOR_SEPARATOR}"
 
 
 def _two_signs(table: Table) -> str | None:

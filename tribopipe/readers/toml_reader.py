@@ -166,8 +166,8 @@ def _with_meanings(profile: ReaderProfile, table: ReadTable, file: str) -> ReadT
     names = [column.name for column in columns]
     if len(set(names)) < len(names):
         raise ReaderError(
-            f"{file}: found the column {max(names, key=names.count)!r} in the file as well; expected that name only "
-            f"for a column that the profile {profile.name!r} derives; rename the column"
+            f"{file}: found the column {max(names, key=names.count)!r} in the file, although the profile "
+            f"{profile.name!r} derives a column of this name; expected different names; rename the derived column"
         )
     return replace(table, columns=tuple(columns), notes=tuple(notes))
 

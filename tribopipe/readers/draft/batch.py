@@ -149,7 +149,9 @@ def _name_aborted(plans: Sequence[RunPlan]) -> None:
         if length < _ABORTED * usual:
             share = f"{100 * length / usual:.0f} %"
             plan.draft.known.doubt("comment", "aborted", f"it is {share} as long as the other tests of the folder")
-            plan.draft.known.dissent.append(f"it is {share} as long as the other tests in the folder: aborted?")
+            plan.draft.known.dissent.append(
+                f"it is {share} as long as the other tests in the folder: was the test aborted?"
+            )
 
 
 def _length(exports: Sequence[Export]) -> float:

@@ -77,7 +77,7 @@ class MatlabReader:
 
 def _tables(source: SourceFile) -> dict[str, ReadTable]:
     if source.content.startswith(_HDF5):
-        raise ReaderError(f"{source.name}: found a MAT-file of version 7.3; expected version 7 or earlier; {_REMEDY}")
+        raise ReaderError(f"{source.name}: found a version 7.3 MAT-file; expected version 7 or earlier; {_REMEDY}")
     _refuse_cut(source)
     line, _, numbers = answer_of("matlab_arrays.py", source, remedy=_REMEDY).partition(b"\n")
     tables = dict(_read(json.loads(line), np.frombuffer(numbers, "<f8")))

@@ -191,8 +191,8 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
         return None
     row = table.rows[table.body]
     return (
-        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}; expected commas that are unambiguously "
-        "column separators or decimal signs; export the profile with a different separator"
+        f"{text.name}, line {row.line}: found {','.join(row.cells)!r}, where the comma may be a column separator or "
+        "a decimal comma; expected an unambiguous separator; export the profile with a different one"
     )
 
 

@@ -106,8 +106,8 @@ def _table(content: bytes) -> ReadTable:
     channel = opened.default_channel
     if channel.physical_sizes is None:
         raise ReaderError(
-            "found no lateral dimensions of the map or profile; expected dimensions; export the "
-            "data as text with positions"
+            "found a map or profile without lateral dimensions; expected them in units of length; export the data as "
+            "text with positions"
         )
     surface = opened.topography()
     axes: tuple[Axis, ...] = ("x", "z") if surface.dim == 1 else ("x", "y", "z")

@@ -208,8 +208,8 @@ def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
     _refuse_bombs(source)
     if find_spec("python_calamine") is None:
         raise ReaderError(
-            f"{source.name}: found a spreadsheet; expected the package python-calamine to be "
-            'installed; run pip install "tribopipe[excel]"'
+            f"{source.name}: found a spreadsheet, but python-calamine is not installed; expected this package; run "
+            'pip install "tribopipe[excel]"'
         )
     answer = json.loads(answer_of("workbook_cells.py", source, decimal, remedy=_REMEDY))
     return [sheet for sheet in answer if sheet["text"].strip()]
