@@ -200,8 +200,8 @@ def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
     (told,) = found["strokes_unused"]
     assert told.startswith(
-        "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
-        "stroke is computed"
+        "friction_force: found 160 reciprocating strokes, but no stroke in run.toml, so that no friction "
+        "coefficient per stroke is computed"
     )
 
 
@@ -226,10 +226,12 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     run = read_run(tmp_path / "a")
     found = found_in(run)
     assert found["strokes_unused"][0].startswith(
-        "friction_force: found unsigned friction, although the column 'Fx' changes sign with the stroke"
+        "friction_force: found an unsigned friction force, although the column 'Fx' changes sign with the stroke"
     )
     (told,) = found["no_friction_per_stroke"]
-    assert told.startswith("friction_coefficient: found no change of sign with the stroke, so that no coefficient per ")
+    assert told.startswith(
+        "friction_coefficient: found no change of sign with the stroke, so that no friction coefficient per "
+    )
 
 
 # --- three definitions of friction ---

@@ -396,7 +396,7 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
 @pytest.mark.parametrize(
     ("function", "said"),
     [
-        (lambda s, a: a * s, "found the argument 'a' without a start value.*write a=1.0"),
+        (lambda s, a: a * s, "found the argument 'a' without a default.*write a=1.0"),
         (lambda s, a=-1.0: a * s, "found a = -1 as start value"),
         (lambda s: math.exp(-s), "cannot be computed for arrays.*use np.exp"),
         (lambda s: 1 / s, "expected one finite factor at each distance"),

@@ -110,7 +110,8 @@ def test_the_economy_needs_finite_elements(run_cli):
     refused = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "economy")
     assert refused.exit_code == 1
     assert (
-        "found the scheme economy without finite elements; expected finite elements; add --engine fe" in refused.stderr
+        "found --scheme economy with a contact solver other than finite elements; expected both together; add "
+        "--engine fe" in refused.stderr
     )
 
 

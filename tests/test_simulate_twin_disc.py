@@ -443,7 +443,8 @@ def test_plan_of_nothing_is_refused():
 def test_wear_beyond_the_crown_names_the_run(tmp_path):
     softer = RUN.model_copy(update={"curved_wear_coefficient": Quantity(value=1e-9, unit="m^2/N")})
     with pytest.raises(
-        ContactError, match="4pct-250k: contact: found wear beyond 4 mm, at which the crown is completely worn away"
+        ContactError,
+        match="4pct-250k: contact: found a wear depth of more than 4 mm, at which the crown is completely worn away",
     ):
         VirtualTwinDiscTest(SERIES, softer).write(tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -393,6 +393,6 @@ def _part(depth: Column, mine: Column, other: Column, radius: Column, other_radi
 def beyond(height: Column) -> ContactError:
     """Return the error for wear beyond a height of the crown, m."""
     return ContactError(
-        f"contact: found wear beyond {show(float(np.min(height)), None, 'm', 'mm')}, at which the crown is completely "
-        "worn away; expected less wear; check wear coefficients, load and rotations"
+        f"contact: found a wear depth of more than {show(float(np.min(height)), None, 'm', 'mm')}, at which the "
+        "crown is completely worn away; expected less wear; check wear coefficients, load and rotations"
     )

@@ -189,8 +189,8 @@ def law_named(name: str) -> WearLaw:
         return _OF_SESSION[name]
     if name not in LAWS and name in names(LAW_GROUP):
         raise FitError(
-            f"found the wear law {name!r}, which cannot be loaded; expected a wear law that can be loaded; see the "
-            "warning for the reason, and repair or reinstall its package"
+            f"found the wear law {name!r}, which cannot be loaded; expected a working plug-in; see the warning for "
+            "the reason, and repair or reinstall the package"
         )
     if name not in LAWS:
         raise FitError(not_installed(LAW_GROUP, "wear law", name))

@@ -379,16 +379,16 @@ def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if found is not None and not stated and not whole_strokes(mu):
         yield Trouble(
             found.name,
-            f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no coefficient per "
-            "stroke is computed; expected conditions.stroke",
+            f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no friction "
+            "coefficient per stroke is computed; expected a value for conditions.stroke",
             'add conditions.stroke = "10 mm" or the like: means over complete strokes include the turning points',
         )
     signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
     if found is None and signed is not None:
         yield Trouble(
             "friction_force",
-            f"found unsigned friction, although the column {signed!r} changes sign with the stroke; expected the "
-            "signed channel in a reciprocating test",
+            f"found an unsigned friction force, although the column {signed!r} changes sign with the stroke; "
+            "expected the signed channel in a reciprocating test",
             f"map friction_force to {signed!r} under [signals.columns], and state conditions.stroke",
         )
 
@@ -418,10 +418,9 @@ def no_friction_per_stroke(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble
     reason = f"{samples:.2g} samples per stroke" if few else "no change of sign with the stroke"
     yield Trouble(
         "friction_coefficient",
-        f"found {reason}, so that no coefficient per stroke is computed; expected a signed friction force with at "
-        "least "
-        f"{_FEWEST_SAMPLES} samples per stroke",
-        "the recorded coefficient is used, including the turning points",
+        f"found {reason}, so that no friction coefficient per stroke is computed; expected a signed friction force "
+        f"with at least {_FEWEST_SAMPLES} samples per stroke",
+        "the recorded friction coefficient is used, including the turning points",
     )
 
 

@@ -162,7 +162,7 @@ def missing_input(run: RawRun) -> Iterator[Trouble]:
     if run.manifest.contact is None:
         yield Trouble(
             "contact",
-            "found no [contact]; expected both bodies, which a wear coefficient requires",
+            "found no [contact]; expected a description of both bodies, from which the wear coefficient is calculated",
             "describe both bodies, unless only friction is of interest",
         )
         return
@@ -174,14 +174,14 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if all(getattr(end, name) in (None, ()) for name in get_args(PinWay)):
         yield Trouble(
             "end_values",
-            "found no wear measurement of the pin; expected pin_wear_depth or pin_scar_diameter, its volume, mass or "
-            "profile; without one the wear coefficient is from the depth sensor alone",
+            "found no wear measurement of the pin; expected pin_wear_depth or pin_scar_diameter, wear volume, mass "
+            "loss or profile; without a measurement, the wear coefficient is determined from the depth sensor alone",
             "add the measurement if there is one",
         )
     if "depth" not in run.columns:
         yield Trouble(
             "signals",
-            "found no depth signal; expected a depth signal, which a wear coefficient requires",
+            "found no depth signal; expected one, from which the wear coefficient is determined",
             "map its column if it was recorded",
         )
 
@@ -252,7 +252,7 @@ def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
     if silent:
         yield Trouble(
             ", ".join(silent),
-            "found no standard_uncertainty; expected a standard uncertainty",
+            "found no standard_uncertainty; expected one for each value",
             "state it; otherwise the default from the recipe is used",
         )
 

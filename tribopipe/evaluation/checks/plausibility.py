@@ -252,8 +252,8 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             if _are_increments(body.intervals):
                 yield Trouble(
                     f"interruptions, end_values of the {spoken(name)}",
-                    "found about the same wear in all measurements for the distance of each interval; expected the "
-                    "total wear since the start of the test in each measurement",
+                    "found wear proportional to the distance since the previous measurement; expected the total wear "
+                    "since the start of the test in each measurement",
                     "add up the values if each is the loss since the previous measurement",
                 )
                 continue
@@ -291,8 +291,8 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             if volume is not None and volume.value < -CLEARLY * (volume.standard_uncertainty or 0.0):
                 yield Trouble(
                     f"end_values of the {spoken(name)}",
-                    f"found a wear volume of {volume.shown('mm^3')}, a gain; expected a loss; wear rate and k_D "
-                    "keep their sign",
+                    f"found a wear volume of {volume.shown('mm^3')}, a gain of material; expected a loss; wear rate "
+                    "and k_D remain negative",
                     "check the sign and repeat the weighing; material may have been transferred from the counterbody",
                 )
 

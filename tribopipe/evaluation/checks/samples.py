@@ -140,8 +140,8 @@ def axis_backward(run: RawRun) -> Iterator[Trouble]:
         elif verdict and len(below):
             yield Trouble(
                 name,
-                f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected rotations "
-                "from 0 upward",
+                f"found {_shown(name, values[below[0]])} at {run.numbered(below[0])}{verdict}; expected zero or a "
+                "positive number",
                 "map the column with the number of rotations",
             )
 
@@ -212,7 +212,7 @@ def signals_preprocessed(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     for change in cleaned.record.changes:
         yield Trouble(
             change.signal,
-            f"found signals to preprocess: {change.what} ({change.why}); expected none",
+            f"found a signal that requires preprocessing: {change.what} ({change.why}); expected none",
             f"the raw signal is kept; a recipe without {change.step!r} skips this step",
         )
 
@@ -227,8 +227,8 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} under load, which means no contact; "
-            "expected a positive load",
+            f"found a median of {_shown('normal_force', median)} while loaded, which means no contact; expected a "
+            "positive load",
             "preprocessing reverses its sign; export compressive loads as positive, or remove the signal",
         )
 
@@ -315,8 +315,8 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     if len(repeated) and not _by_a_slow_clock(run, repeated):
         yield Trouble(
             "time",
-            f"found {len(repeated)} repeated times, the first at {run.numbered(repeated[0] + 1)}; expected each time "
-            "once",
+            f"found {len(repeated)} repeated time stamps, the first at {run.numbered(repeated[0] + 1)}; expected "
+            "each time stamp once",
             "check for rows exported twice",
         )
     copies = _copies(run)
@@ -436,7 +436,7 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if lost > _LOST:
         yield Trouble(
             "friction_force",
-            f"found hardly any friction over {100 * lost:.0f} % of the sliding distance, first from "
+            f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first from "
             f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
             "about this fraction",
@@ -470,13 +470,15 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if reciprocating and not strokes and whole_strokes(mu, any_offset=True):
         yield Trouble(
             "friction_coefficient",
-            "found strokes with an offset larger than the friction; expected a sign that changes with the stroke",
+            "found an offset larger than the friction force itself; expected a friction force that changes sign with "
+            "the stroke",
             'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe',
         )
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
             "friction_coefficient",
-            f"found {100 * negative:.0f} % negative values; expected one sign, or strokes that can be separated",
+            f"found {100 * negative:.0f} % negative values; expected values of one sign, or strokes that can be "
+            "separated",
             "record at least 5 samples per stroke; a mean over both directions is not a friction coefficient"
             if reciprocating
             else "state conditions.stroke of a reciprocating test (at least 5 samples per stroke), or zero the force",

@@ -68,7 +68,12 @@ def mask_samples(bench: Bench, step: Mask) -> None:
             low, high, words = _IMPOSSIBLE[name]
             bench.mask(name, (values < low) | (values > high), words, "physically impossible")
         if step.impossible and name not in _AXES and (values := bench.measured(name)) is not None:
-            bench.mask(name, _sentinels(values), f"repeated and {_FAR_OFF:g} times as large as the rest", "a sentinel")
+            bench.mask(
+                name,
+                _sentinels(values),
+                f"repeated and {_FAR_OFF:g} times as large as the rest",
+                "a placeholder for missing values",
+            )
         if name in step.limits and (values := bench.measured(name)) is not None:
             _mask_beyond(bench, name, values, step.limits[name])
     if step.impossible:

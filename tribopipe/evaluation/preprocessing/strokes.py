@@ -63,7 +63,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
             f"one value for each of {len(whole)} strokes, with {step.method} over the middle "
             f"{100 * step.middle:.0f} % of each"
         )
-        bench.put("friction_coefficient", averaged, what, "friction is reciprocating", parts=len(whole))
+        bench.put("friction_coefficient", averaged, what, "reciprocating sliding", parts=len(whole))
 
 
 def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:

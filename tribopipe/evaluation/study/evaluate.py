@@ -248,6 +248,7 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequenc
     for body in bodies:
         if not any(_coefficient(run, body) > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected wear; "
-                "remove its measurements from run.toml, so that it is assumed to be unworn"
+                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected a "
+                "positive measurement in at least one; to treat this body as unworn, remove these measurements from "
+                "run.toml"
             )

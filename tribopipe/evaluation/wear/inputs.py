@@ -82,9 +82,9 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
 def indistinct(law: WearLaw, names: Sequence[str]) -> str:
     """Report that a run does not separate k_D from the parameters of its law."""
     return (
-        f"wear fit: found a depth signal from which k_D and {' and '.join(names)} of {law.title} cannot be separated; "
-        f"expected a depth signal that separates them; state some of them under [wear.parameters.{law.name}] in a "
-        "recipe, or fit another law"
+        f"wear fit: found a depth signal from which k_D and {' and '.join(names)} of {law.title} cannot be "
+        "determined together; expected a signal on which each has a different effect; state some of them under "
+        f"[wear.parameters.{law.name}] in a recipe, or fit another law"
     )
 
 

@@ -268,8 +268,8 @@ class WearProblem:
         """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the pin shows no wear."""
         if not float(self.end_depth(self.values)) > 0:
             raise FitError(
-                "wear fit: found a post-test measurement without wear of the pin; expected wear to fit; test longer "
-                "or at a higher load"
+                "wear fit: found a post-test measurement that shows no wear of the pin; expected a positive value; "
+                "test longer or at a higher load"
             )
         found = float(self.solve(self.values))
         if not found > 0:

@@ -361,6 +361,6 @@ def _beyond(excess: Callable[[float], float], start: float) -> float:
         if excess(place := start * 2.0**doublings) >= 0:
             return place
     raise FitError(
-        "wear law: found a wear rate that decreases so that this depth is never reached; expected a depth that can be "
-        "reached; specify a smaller depth"
+        "wear law: found a wear depth that is never reached, since the wear rate decreases to zero; expected a depth "
+        "below this limit; specify a smaller depth"
     )

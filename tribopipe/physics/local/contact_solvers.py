@@ -125,8 +125,8 @@ def solve_by_active_set(
             return Contact(found, approach)
         inside |= overlapping
     raise ContactError(
-        f"local wear: found no convergence of the contact area in {_MOST_ROUNDS} iterations; expected convergence; "
-        "check the profile, or use a coarser grid"
+        f"local wear: found a contact area that still changes after {_MOST_ROUNDS} iterations; expected it to "
+        "converge; check the profile, or use a coarser grid"
     )
 
 
@@ -180,8 +180,8 @@ def solve_by_conjugate_gradients(
             pressure = _carrying(load / cell, np.maximum(pressure, 0.0))
             inside, distance, last = pressure > 0, gap + displacement(pressure), np.inf
     raise ContactError(
-        f"local wear: found no convergence of the contact area in {_MOST_STEPS} iterations; expected convergence; "
-        "check the profile, or use a coarser grid"
+        f"local wear: found a contact area that still changes after {_MOST_STEPS} iterations; expected it to "
+        "converge; check the profile, or use a coarser grid"
     )
 
 

@@ -103,8 +103,8 @@ def wear(
     asked = np.asarray(amounts, dtype=float)
     if not (asked.size and asked[0] > 0 and np.all(np.diff(asked) > 0)):
         raise ContactError(
-            "local wear: found positions that are not positive and increasing; expected at least one position; list "
-            "the positions in increasing order"
+            "local wear: found positions that are not positive and increasing; expected one or more positive "
+            "positions; list them in increasing order"
         )
     course = _implicit if scheme == "implicit" else _explicit
     steps = Steps(step_ends(asked, steps_per_decade), frozenset(asked.tolist()), refresh_every)

@@ -192,7 +192,7 @@ def _valid(mesh: Any) -> Any:
     turned = int((np.sign(jacobian) != np.sign(np.median(jacobian))).any(axis=1).sum())
     if turned:
         raise ContactError(
-            f"local wear: found {turned} of {len(jacobian)} finite elements inverted by wear of the surface; expected "
-            "no inverted elements; use a coarser mesh, or simulate less wear"
+            f"local wear: found {turned} of {len(jacobian)} finite elements inverted by wear of the surface; "
+            "expected none; use a coarser mesh, or simulate less wear"
         )
     return mesh

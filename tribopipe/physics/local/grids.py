@@ -229,8 +229,8 @@ def measured_pin(
     measured = np.isfinite(heights)
     if not measured.any():
         raise ContactError(
-            "local wear: found no height in the map of the pin; expected at least one; check the measurement and its "
-            "mask"
+            "local wear: found no valid height in the map of the pin; expected at least one; check the measurement "
+            "and its mask"
         )
     rows, columns = heights.shape
     gap = np.where(measured, heights[measured].max() - heights, np.inf)

@@ -157,8 +157,8 @@ def pin_on_track(
     first = hertz_ellipse(normal_load=normal_load, radius_x=radius, radius_z=radius, modulus=modulus)
     if not (track_ratio >= 0 and amount > 0):
         raise ContactError(
-            f"local wear: found k_2/(k_1·L) of {track_ratio:g} /m and k_1·S of {amount:g} m²/N; expected neither to be "
-            "negative, and wear of the pin; check the wear coefficients and the sliding distance"
+            f"local wear: found k_2/(k_1·L) of {track_ratio:g} /m and k_1·S of {amount:g} m²/N; expected the first "
+            "to be zero or more and the second to be positive; check the wear coefficients and the sliding distance"
         )
     volume = amount * normal_load
     rigid = SphereOnTrack(radius).worn(volume, track_ratio * volume)
