@@ -426,7 +426,7 @@ def test_a_traceback_that_cannot_be_kept_is_told(monkeypatch):
     monkeypatch.setattr("tempfile.NamedTemporaryFile", no_room)
     told = faults.in_a_sentence(KeyError("a"), "run")
     assert isinstance(told, InternalError)
-    assert str(told).endswith("please report the bug; its traceback could not be saved (No space left on device)")
+    assert str(told).endswith("please report it; its traceback could not be saved (No space left on device)")
 
 
 @pytest.mark.parametrize(

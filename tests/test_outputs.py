@@ -190,7 +190,7 @@ def test_file_that_is_there_is_replaced_by_force_alone(run_cli, place):
     line = ["export", "runs", "--output", "runs.csv", "--archive", "archive"]
     told = run_cli(*line)
     assert (told.exit_code, (place / "runs.csv").read_text(encoding="utf-8")) == (1, "mine")
-    assert "runs.csv: found an existing file; expected no file; use --force to replace it" in told.stderr
+    assert "runs.csv: found an existing file; expected a new file; use --force to replace it" in told.stderr
     assert run_cli(*line, "--force").exit_code == 0
     assert RUN in (place / "runs.csv").read_text(encoding="utf-8")
 

@@ -93,8 +93,8 @@ def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal, which is missing if another program rewrites the file; expected an unmodified "
-        "tribopipe file; restore it from a copy, or save its intact source files with `tribopipe rescue`"
+        f"{path}: found no seal (checksum of the file), as if another program had rewritten the file; expected an "
+        "unmodified tribopipe file; restore it from a copy, or save its intact source files with `tribopipe rescue`"
     )
 
 

@@ -337,11 +337,11 @@ class Account:
             return  # half of a line, by a writer that was killed; an edited one is told by the line after it
         if not self.begun and one.event != "begun":
             self._doubt(
-                "found a history without its first lines; expected a history from the creation of the archive onward"
+                "found a history without its first lines; expected every line since the creation of the archive"
             )
         self.begun = True
         if one.previous != before:
-            self._doubt("found a line that does not match the line before it; expected the lines as they were written")
+            self._doubt("found a line that does not match the line before it; expected unmodified lines")
         for problem in _of_itself(one):
             self._doubt(problem)
         if one.file == FILE_NAME:
@@ -387,12 +387,15 @@ def _of_itself(one: Entry) -> Iterator[str]:
     """Report what a line states about the history itself."""
     if one.event == "broken" or (one.event == "begun" and one.lost):
         yield (
-            f"found that lines were missing when the archive was changed on {one.date}, the last of them "
-            f"{one.lost[:16]}; expected all lines"
+            f"found a history from which lines were missing when the archive was changed on {one.date}, the last of "
+            f"them {one.lost[:16]}; expected a complete history"
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"
-        yield f"found a history that starts on {one.date}, after {count} were archived; expected an earlier start"
+        yield (
+            f"found a history that starts on {one.date}, after {count} were archived; expected it to start with the "
+            "archive"
+        )
 
 
 def _is_hex(text: str) -> bool:

@@ -73,12 +73,12 @@ def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
         )
     if isinstance(error, MemoryError):
         return TribopipeError(
-            f"{_before(where)}found too little memory; expected enough memory for all samples of a run; close other "
+            f"{_before(where)}found too little memory; expected all samples of a run to fit in memory; close other "
             "programs, or split the run"
         )
     return InternalError(
         f"{_before(where)}found a bug in tribopipe ({type(error).__name__}: {_first_line(error)}); expected no "
-        f"internal error; please report the bug{_kept(error)}"
+        f"exception; please report it{_kept(error)}"
     )
 
 

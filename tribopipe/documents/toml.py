@@ -64,19 +64,21 @@ def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
     for count, (level, key, value) in enumerate(_values(document)):
         if count > _MOST_VALUES:
             raise ManifestError(
-                f"{path}: found more than {_MOST_VALUES:,} values; expected fewer values; remove some values"
+                f"{path}: found more than {_MOST_VALUES:,} values; expected at most this number, since documents are "
+                "written by hand; keep signals in separate files"
             )
         if level > _MOST_LEVELS:
             raise ManifestError(
-                f"{path}: {key}: found more than {_MOST_LEVELS} nesting levels; expected fewer levels; correct that key"
+                f"{path}: {key}: found more than {_MOST_LEVELS} nesting levels; expected a flatter structure; "
+                "correct that key"
             )
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(
-                f"{path}: {key}: found an integer of more than 64 bits; expected a smaller integer; correct the number"
+                f"{path}: {key}: found an integer of more than 64 bits; expected at most 64; correct the number"
             )
         if isinstance(value, str) and "\0" in value:
             raise ManifestError(
-                f"{path}: {key}: found a null character (\\u0000) in a string; expected no null characters; remove it"
+                f"{path}: {key}: found a null character (\\u0000) in a string; expected text without it; remove it"
             )
 
 

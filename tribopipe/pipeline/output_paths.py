@@ -56,7 +56,7 @@ def require_free(
         ours = own is not None and (_in_own_figures(path) or (path.is_file() and own(path)))
         if os.path.lexists(path) and not (ours or force):
             remedy = "use --force to replace it" if own is None else "specify another file"
-            raise OutputError(f"{path}: found an existing file; expected no file; {remedy}")
+            raise OutputError(f"{path}: found an existing file; expected a new file; {remedy}")
 
 
 def require_folder(folder: Path) -> None:

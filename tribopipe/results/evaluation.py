@@ -24,11 +24,11 @@ class DepthModel(Record):
     """Contributions to the depth signal other than wear, fitted with the post-test measurement in one model."""
 
     zero_offsets: tuple[Metres, ...]
-    """Sensor reading at the start of sliding, and after each remounting or step less what drift had added."""
+    """Sensor reading at the start of sliding, and after each remounting or step minus the drift up to then."""
     drift_rate: MetresPerSecond
     """Drift rate of the sensor: slope of the linear drift against time."""
     drift_interval: tuple[MetresPerSecond, MetresPerSecond]
-    """95 % interval of it, averaged over settling, temperature and slow wander, whose distribution is not normal."""
+    """95 % interval of the drift rate, not normally distributed, averaged over settling, temperature and wander."""
     settling_probability: float
     """Probability that the reading settles exponentially, a·(1 − exp(−t/τ))."""
     settling: Metres
@@ -75,7 +75,7 @@ class DriftCorrection(Record):
     discrepancy: Metres | None = None
     """Wear read by the sensor at the end, minus the post-test measurement."""
     end_wear_depth: Metres | None = None
-    """Wear of pin and disc at the end: what the curve is anchored on."""
+    """Wear of pin and disc at the end, to which the curve is anchored."""
     pin_wear_depth: Metres | None = None
     """The pin's part of it."""
     disc_wear_depth: Metres | None = None

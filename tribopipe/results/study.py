@@ -72,7 +72,7 @@ class LawComparison(Record):
 
 
 class EngineComparison(Record):
-    """k_D of one run by even and by local pressure, from the same data."""
+    """k_D of one run with uniform and with local contact pressure, from the same data."""
 
     giwm: Quantity
     """Wear from the Global Incremental Wear Model, with uniform contact pressure."""
@@ -105,7 +105,7 @@ class BodyVerdict(Record):
     predicted: Quantity
     """Predicted value."""
     predicted_interval: Interval
-    """95 % coverage interval of it."""
+    """95 % coverage interval of the predicted value."""
     measurement_interval: Interval
     """95 % prediction interval of a measurement."""
     e_n: float
@@ -125,7 +125,7 @@ class BodyVerdict(Record):
     change_point: ChangePoint | None = None
     """Possible position of a change of the wear rate."""
     engines: EngineComparison | None = None
-    """k_D by even and by local pressure, of a run with a spherical pin that identified k_D."""
+    """k_D with uniform and with local contact pressure, of a run with a spherical pin that identified k_D."""
 
 
 class RunVerdict(Record):

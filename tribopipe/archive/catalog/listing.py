@@ -188,7 +188,7 @@ _ALL = (
     _text("missing", "missing", "Missing inputs, such as a post-test measurement.", joint="; "),
     _number("findings", "findings", "Number of errors and warnings at ingest.", "count"),
     ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
-    _text("run_toml", "run.toml", "SHA-256 of its run.toml."),
+    _text("run_toml", "run.toml", "SHA-256 of run.toml."),
     _text("marked_bad", "why bad", "Reason for the bad mark."),
     _text("notes", "notes", "Notes on the run.", joint="; "),
     _text("studies", "studies", "Studies that include the run.", joint=", "),

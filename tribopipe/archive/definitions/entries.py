@@ -104,7 +104,7 @@ def _stated(name: str, record: type[Record], doc: str, tribometer: str | None) -
 
 _FILE = (
     text("file_name", "Name of the file."),
-    text("type", "Kind of its content."),
+    text("type", "Type of content."),
     FieldPart("data", "Content of the file, byte for byte.", "NX_BINARY", required=True),
     text("checksum", "SHA-256 of the bytes."),
     text("algorithm", "sha256."),

@@ -259,7 +259,7 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     if fit.first is None:
         missing = " and ".join(fit.missing)
         raise FitError(
-            f"{run_id}: found no k_D (missing: {missing}); expected a k_D; specify it with --wear-coefficient"
+            f"{run_id}: found no k_D (missing: {missing}); expected a fitted one; specify it with --wear-coefficient"
         )
     first, *others = fit.bodies
     worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)
@@ -275,8 +275,9 @@ def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
     own, same = known_wear(fit), archards_wear(fit)
     if own is None or same is None:
         raise FitError(
-            f"{run_id}: found a k_D that was fitted with {fit.distance_per_rotation}; expected {ARCHARDS}, as in "
-            f'Eq. 9; fit again with a recipe that sets distance_per_rotation = "{ARCHARDS}" under [wear]'
+            f'{run_id}: found a k_D fitted with distance_per_rotation = "{fit.distance_per_rotation}"; expected '
+            f'"{ARCHARDS}", as in Eq. 9 of the paper; set distance_per_rotation = "{ARCHARDS}" under [wear] in the '
+            "recipe and fit again"
         )
     if own.distance == ARCHARDS:
         return same.first, f"with {ARCHARDS}, as in Eq. 9."
@@ -320,7 +321,7 @@ class WearCase:
             )
         if not self.increments < _MOST_INCREMENTS:
             raise ContactError(
-                f"{self.known.run_id}: found {self.increments:.3g} stable increments to the end; expected fewer than "
+                f"{self.known.run_id}: found a test of {self.increments:.3g} stable increments; expected fewer than "
                 f"{_MOST_INCREMENTS:.0g}; check k_D, speed and their units, or use larger elements or a shorter test"
             )
 

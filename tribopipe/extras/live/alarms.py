@@ -109,8 +109,8 @@ def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
         yield alarm_at(
             "load",
             float(distance[off]),
-            f"found a load of {found} at {distance[off]:.4g} m, although {stated} is nominal: the weight was removed, "
-            "or the load cell is faulty",
+            f"found a load of {found} at {distance[off]:.4g} m, although the nominal load is {stated}: the weight "
+            "was removed, or the load cell is faulty",
         )
 
 

@@ -132,11 +132,11 @@ def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
     """Find k_D by the samples so far. Raises ``FitError`` where wear and drift cannot be separated."""
     if not problem.tells_drift:
         raise FitError(
-            "found a flat pin, whose wear is as linear as sensor drift; expected information to separate them; "
-            'state the drift, as in --drift "0 +- 5 nm/min"'
+            "found a flat pin, whose wear is as linear in time as the drift; expected an estimate of the drift to "
+            'separate them; state it, for example --drift "0 +- 5 nm/min"'
         )
     if problem.freedom < _FEWEST_FREE:
-        raise FitError("found too few independent samples; expected more samples; wait")
+        raise FitError("found too few independent samples; expected more; wait for further samples")
     depth, log_k, squares = _searched(problem)
     density = _density(squares, problem.freedom)
     if any(belief.name == "ln k_D" for belief in problem.beliefs):

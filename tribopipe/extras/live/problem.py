@@ -280,8 +280,8 @@ def _friction(asked: Asked, fine: Means) -> MeasuredFriction | None:
     seen = np.isfinite(fine.friction)
     if not np.any(seen):
         raise FitError(
-            f"{asked.run.id}: found no friction signal; expected a friction signal for {law_title(asked.law)}; map "
-            "a friction column in run.toml, or follow the run with Archard's law"
+            f"{asked.run.id}: found no friction signal; expected one for {law_title(asked.law)}; map a friction column "
+            "in run.toml, or follow the run with Archard's law"
         )
     return MeasuredFriction(fine.sliding_distance[seen], fine.friction[seen])
 

@@ -94,7 +94,8 @@ class Session:
         """Take in samples."""
         if "depth" not in appended.columns:
             raise FitError(
-                f"{self.asked.run.id}: found no depth signal; expected a depth signal; map its column in run.toml"
+                f"{self.asked.run.id}: found no depth signal; expected one, from which the wear is determined; map "
+                "its column in run.toml"
             )
         if appended.anew:
             self.state, self._sensor = State(), StuckSensor()

@@ -124,7 +124,7 @@ def _known(condition: Condition, wanted: Wanted) -> KnownWear:
     if condition.law in wanted.known:
         return wanted.known[condition.law]
     raise FitError(
-        f"{condition.run.id}: found no k_D under {condition.law}; expected a k_D for the prediction; add "
+        f"{condition.run.id}: found no k_D under {condition.law}; expected one for the prediction; add "
         "wear_coefficient to the sweep, or fit the run first"
     )
 

@@ -64,7 +64,12 @@ def look_at(archive: Path, name: str) -> tuple[Look, SeenRun | SeenStudy | None]
     """
     look, path = Look(name), archive / name
     if path.is_symlink():
-        look.note("file", "found a link; expected the file itself", "keep its target as long as the archive", "")
+        look.note(
+            "file",
+            "found a link; expected the file itself",
+            "keep the target of the link for as long as the archive",
+            "",
+        )
     try:
         return look, _look_inside(path, look)
     except ArchiveError as error:

@@ -53,7 +53,7 @@ def check_shown(entry: h5py.Group, look: Look, manifest: RunManifest, steps: Map
         if not np.array_equal(unpacked(plotted), values, equal_nan=True):
             look.warning(
                 "shown",
-                "found a curve that differs from that of its step; expected the same curve",
+                "found a curve that differs from the result of the step; expected both to be identical",
                 _REDO,
                 plotted.name,
             )
@@ -109,7 +109,8 @@ def look_into_run(file: h5py.File, look: Look, run_id: str) -> SeenRun:
         if raw_digest(run) != seen.raw_sha256:
             look.error(
                 "raw",
-                "found content that differs from what was ingested; expected content that matches its SHA-256",
+                "found content that differs from the ingested run; expected the content with the recorded SHA-256 "
+                "checksum",
                 part="/entry/raw",
             )
         check_shown(entry, look, run.manifest, steps)
@@ -134,7 +135,7 @@ def _check_sources(sources: h5py.Group, look: Look) -> None:
             came = nexus.text(note, "file_name")
             look.error(
                 "source",
-                f"found content that differs from {came}; expected content that matches its SHA-256 checksum",
+                f"found content that differs from {came}; expected the content with the recorded SHA-256 checksum",
                 part=note.name,
             )
 
@@ -144,7 +145,7 @@ def _checked_earlier(entry: h5py.Group, look: Look) -> Iterator[str]:
     for one in read_earlier(entry):
         if one.source.sha256 != one.checksum:
             name = one.source.name
-            message = f"found content that differs from {name}; expected content that matches its SHA-256 checksum"
+            message = f"found content that differs from {name}; expected the content with the recorded SHA-256 checksum"
             look.error("source", message, part=f"/entry/{EARLIER}")
         yield one.raw_sha256
 
@@ -164,17 +165,20 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
         if nexus.text(entry[step.name], "fingerprints/result_sha256") != there[step.name]:
             look.error(
                 "result",
-                "found a result that differs from that of the step; expected a result that matches its SHA-256",
+                "found a result that differs from the one that the step computed; expected the result with the "
+                "recorded SHA-256 checksum",
                 part=part,
             )
     if not step.stands_on:
         return
     if inputs_digest(step.program_version, step.name, step.options, step.stands_on) != step.inputs_sha256:
-        message = "found inputs that differ from those of the step; expected inputs that match its SHA-256"
+        message = (
+            "found inputs that differ from those of the step; expected the inputs with the recorded SHA-256 checksum"
+        )
         look.error("inputs", message, part=part)
     for base, made_from in step.stands_on.items():
         if base in there and made_from != there[base]:
-            message = f"found a step based on a different {base} from that in the file; expected the same {base}"
+            message = f"found a step based on a different {base} from the one in the file; expected the one in the file"
             look.warning("inputs", message, _AGAIN, part)
 
 
@@ -207,7 +211,10 @@ def look_into_study(file: h5py.File, look: Look, study_id: str) -> SeenStudy:
     look.named(study_id, nexus.text(file, "entry/identifier_study"), stored.study.id)
     left_out, runs = stored.result.left_out, stored.stands_on.values()
     if runs and stored.inputs_sha256 != digest(stored.program_version, stored.study, stored.options, *left_out, *runs):
-        look.error("inputs", "found inputs that differ from those of the study; expected inputs that match its SHA-256")
+        look.error(
+            "inputs",
+            "found inputs that differ from those of the study; expected the inputs with the recorded SHA-256 checksum",
+        )
     fit = stored.study.fit
     return SeenStudy(
         stored.stands_on,
@@ -238,14 +245,18 @@ def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenS
         message = f"found a study based on {run_id} before its run.toml was amended; expected the current version"
         look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
-        message = f"found a study based on a different run {run_id} from that in the archive; expected the same run"
+        message = (
+            f"found a study based on a different run {run_id} from the one in the archive; expected the archived run"
+        )
         look.warning("study", message, "run the study again")
 
 
 def _check_borrowed(look: Look, borrowed: Borrowed, known: set[str]) -> None:
     part = f"/entry/{borrowed.step}"
     if not known:
-        message = f"found a prediction from {borrowed.reference}, whose k_D is missing; expected k_D in the archive"
+        message = (
+            f"found a prediction from {borrowed.reference}, whose k_D is missing; expected this k_D in the archive"
+        )
         look.note("reference", message, f"restore or process {borrowed.reference}", part)
     elif borrowed.sha256 not in known:
         message = f"found a prediction with an earlier k_D of {borrowed.reference}; expected the current k_D"

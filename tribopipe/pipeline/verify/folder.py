@@ -37,7 +37,7 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
     """
     look = Look(FILE_NAME)
     if not (archive / FILE_NAME).is_file():
-        look.note("catalog", "found no catalog; expected a catalog", _LS)
+        look.note("catalog", f"found no catalog; expected the file {FILE_NAME}", _LS)
         return [look]
     try:
         with closing(read_only(archive)) as kept, closing(in_memory()) as rebuilt:
@@ -53,7 +53,7 @@ def look_into_catalogue(archive: Path, sound: Set[str], recorded: Set[str] = fro
 def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterator[Look]:
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
-        message = "found no file, although the catalog lists it; expected the file"
+        message = "found no file of this name, although the catalog lists it; expected the archived file"
         look.warning("catalog", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
@@ -71,7 +71,7 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
         if any(_said(kept, question, name) != _said(rebuilt, question, name) for question in _SAID):
             look = Look(name)
             message = (
-                "found content that differs from the catalog, without a recorded change; expected the same content"
+                "found content that differs from the catalog, without a recorded change; expected the cataloged content"
             )
             look.warning("catalog", message, f"restore it from a copy if it is damaged; otherwise remove {FILE_NAME}")
             yield look
@@ -126,7 +126,7 @@ def _others(archive: Path) -> Iterator[Look]:
     for path in _entries(archive, stamps(archive).keys() | _OURS):
         look = Look(_inside(archive, path))
         if path.is_symlink() and not path.exists():
-            look.error("folder", "found a broken link; expected the file", "restore its target")
+            look.error("folder", "found a broken link; expected the file itself", "restore its target")
         else:
             look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
         yield look

@@ -114,10 +114,10 @@ def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
     begin = f"`{_ACCEPT} {FILE_NAME}` continues without it"
     if not account.begun and (count or missing):
-        message = f"found no history, although there are {count} runs and studies; expected the history of the archive"
+        message = f"found {count} runs and studies, but no history of the archive; expected a line for each change"
         look.error("history", message, f"restore it from a copy; {begin}")
     elif missing:
-        message = f"found that lines are missing, the last of them {missing[:16]}; expected all lines"
+        message = f"found a history with missing lines, the last of them {missing[:16]}; expected a complete history"
         look.error("history", message, f"restore it from a copy; {begin}")
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")

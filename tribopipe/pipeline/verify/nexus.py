@@ -208,7 +208,8 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
         told = (of, member)
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
             yield Fault(
-                f"{path}/{name}", "found an uncertainty without a value in the same unit; expected such a value"
+                f"{path}/{name}",
+                "found a standard uncertainty without a value in the same unit; expected both in one unit",
             )
 
 
@@ -254,7 +255,9 @@ def _data_faults(path: str, data: Group, root: Group) -> Iterator[Fault]:
     for name in _texts(data, "auxiliary_signals"):
         other = _plotted(data, name, root)
         if other is None or other.shape != signal.shape:
-            yield Fault(path, f"found no field {name!r} with the signal's shape; expected such a field")
+            yield Fault(
+                path, f"found no field {name!r} with the shape of the signal; expected a field of this name and shape"
+            )
     yield from _unit_faults(path, data, [_text(data, "signal") or "", *axes, *_texts(data, "auxiliary_signals")], root)
 
 
@@ -267,14 +270,14 @@ def _axis_faults(path: str, data: Group, axis: str, place: int, length: int, roo
     elif field.shape != (length,):
         yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), as for the signal")
     if data.attributes.get(f"{axis}_indices", -1) != place:
-        yield Fault(path, f"found no attribute {axis}_indices = {place}; expected this attribute")
+        yield Fault(path, f"found no attribute {axis}_indices = {place}; expected the attribute with this value")
 
 
 def _unit_faults(path: str, data: Group, names: Sequence[str], root: Group) -> Iterator[Fault]:
     for name in names:
         field = _plotted(data, name, root)
         if field is not None and _unit(field) is None:
-            yield Fault(f"{path}/{name}", "found no units; expected the attribute on every plotted field")
+            yield Fault(f"{path}/{name}", "found no units; expected the attribute units on every plotted field")
 
 
 def _default_faults(root: Group) -> Iterator[Fault]:
