@@ -192,7 +192,7 @@ def test_twelve_runs_are_compared_by_what_differs(page, site, folder):
     page.goto(site.of(f"/compare?runs={','.join(runs)}"))
     settle(page)
     assert page.locator(".uplot").first.bounding_box()["y"] < 500  # what is above leaves the plot in the first screen
-    table = page.get_by_role("region", name="Numbers of the runs side by side")
+    table = page.get_by_role("region", name="Values of the runs side by side")
     rows = table.locator("tbody tr")
     expect(page.get_by_label("Differences only")).to_be_checked()
     few = rows.count()

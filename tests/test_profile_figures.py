@@ -28,16 +28,16 @@ def drawn(profile, radius=None):
 
 def test_track_with_pile_up_and_dust():
     figure = drawn(scan(1, high=0.3e-6, grains=4, bend=3.0))
-    assert [ax.get_ylabel() for ax in figure.axes] == ["height / µm", "above unworn surface / µm"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["height / µm", "height above unworn surface / µm"]
     assert figure.axes[1].get_xlabel() == "position / mm"
     named = " ".join(legend(figure))
     for word in (
         "as measured",
-        "taken as unworn",
+        "assumed unworn",
         "unworn surface, a parabola",
         "dust",
-        "groove, lost: ",
-        "piled up, ",
+        "groove: ",
+        "pile-up: ",
     ):
         assert word in named
     assert "width 300.19" in words(figure)
@@ -49,15 +49,15 @@ def test_track_with_pile_up_and_dust():
 def test_worn_ball():
     figure = drawn(Profile(X, flattened(X, BALL, SCAR)), BALL)
     assert "unworn surface, an arc" in legend(figure)
-    assert not any("piled up" in name for name in legend(figure))
+    assert not any("pile-up" in name for name in legend(figure))
     assert faults(figure) == []
 
 
 def test_profile_without_a_track_is_levelled_and_says_so():
     figure = drawn(Profile(X, 0.02 * X + 20e-9 * np.random.default_rng(1).standard_normal(len(X))))
-    assert "no wear track: found no feature above the noise" in words(figure)
+    assert "wear track not evaluated: no feature above the noise" in words(figure)
     assert not any("groove" in name for name in legend(figure))
-    assert figure.axes[1].get_ylabel() == "above unworn surface / nm"
+    assert figure.axes[1].get_ylabel() == "height above unworn surface / nm"
 
 
 @pytest.mark.parametrize(("middle", "at", "side"), [(0.0, 0.15, "left"), (0.2e-3, 0.05, "right")])
@@ -118,14 +118,14 @@ def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):
     flat = "".join(f"{x / 100} {y / 100} {(x * 7 + y) % 5}\n" for y in range(6) for x in range(40))
     (track / "map.txt").write_text("mm mm nm\n" + flat, encoding="utf-8")
     told = run_cli("show", "map.txt", cwd=track)
-    assert "6 of 6 profiles have no wear track and are only leveled" in told.stderr
+    assert "wear track not evaluated in 6 of 6 profiles, which are only leveled" in told.stderr
     assert told.stderr.count("expected a wear track") == 1
 
 
 def test_a_file_that_is_not_there_is_no_run_either(run_cli, track):
     told = run_cli("show", "trak.txt", cwd=track)
     assert told.exit_code == 1
-    assert "trak.txt: found no such file or archived run in archive" in told.stderr
+    assert "trak.txt: found neither a file nor a run of this name in archive" in told.stderr
     assert "did you mean 'track.txt'?" in told.stderr
 
 

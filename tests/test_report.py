@@ -436,7 +436,7 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
     (tmp_path / name).write_bytes(b"mine")
     again = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)
     assert again.exit_code == 1
-    assert again.stderr == f"error: {name}: found an existing file; expected no file; use --force to replace it\n"
+    assert again.stderr == f"error: {name}: found an existing file; expected a new file; use --force to replace it\n"
     assert (tmp_path / name).read_bytes() == b"mine"
     forced = run_cli("report", NO_END, "--archive", studied.folder, "--force", cwd=tmp_path)
     assert forced.exit_code == 0

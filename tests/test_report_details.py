@@ -209,12 +209,12 @@ def test_the_standard_is_that_of_the_motion_unless_it_is_named(tested):
 def test_a_report_states_in_which_way_a_standard_was_followed(tested):
     said = {
         "procedure": "followed the procedure of ASTM G99 with the materials and parameters stated in this report",
-        "all particulars": "followed all particulars of ASTM G99.",
+        "all particulars": "followed ASTM G99 in all particulars.",
     }
     for way, text in said.items():
         assert text in report(tested, details=ReportDetails(schema="tribopipe.report/1", follows=way)).text
     excepted = ReportDetails(schema="tribopipe.report/1", follows="all particulars", deviations="10 °C")
-    assert "followed all particulars of ASTM G99, except: 10 °C" in report(tested, details=excepted).text
+    assert "followed ASTM G99 in all particulars, except: 10 °C" in report(tested, details=excepted).text
 
 
 # --- files ---

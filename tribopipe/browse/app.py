@@ -51,7 +51,8 @@ def bundle_router() -> APIRouter:
     def page(path: str) -> Response:
         if path.partition("/")[0] in ("api", "h5"):
             raise HTTPException(
-                404, f"found no answer at /{path}; expected an address of the server; go back to the table"
+                404,
+                f"found no page at /{path}; expected the address of a page or of data; go back to the table of runs",
             )
         if not is_built():
             raise HTTPException(404, NOT_BUILT)

@@ -61,8 +61,10 @@ class _Commands(HelpPanels):
 app = typer.Typer(
     name="tribopipe",
     cls=_Commands,
-    help="From tribometer run folders to wear laws that can be trusted.\n\n"
-    "Without a command it shows what to do next in the current folder.",
+    help=(
+        "From tribometer run folders to wear laws that can be trusted.\n\nWithout a command, tribopipe shows the "
+        "next steps for the current folder."
+    ),
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

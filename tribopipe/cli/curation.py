@@ -150,7 +150,7 @@ def logged_in() -> str | None:
         return None
 
 
-OfStudies = Annotated[bool, typer.Option("--study", help="The ids are those of studies.")]
+OfStudies = Annotated[bool, typer.Option("--study", help="The IDs refer to studies instead of runs.")]
 
 
 def removed_ids(context: typer.Context) -> list[str]:

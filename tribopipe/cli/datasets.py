@@ -47,7 +47,7 @@ def export_dataset(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
-            help="IDs of archived runs and studies, a study with its runs; default: all.",
+            help="IDs of archived runs and studies; the runs of a study are included; default: all.",
             metavar="ID",
             autocompletion=archived_names,
         ),

@@ -75,7 +75,9 @@ class _Shown:
 
         rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
         if rows:
-            table(title, ["profile", "lost", "piled up", "net", "width", "depth", "unworn surface"], rows)
+            table(
+                title, ["profile", "groove area", "pile-up area", "net area", "width", "depth", "unworn surface"], rows
+            )
         self._tell_levelled({key: found.why for key, found in self.found.items() if not isinstance(found, Track)})
         if 0 < len(self.figures) < len(self.found):
             say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
@@ -85,9 +87,12 @@ class _Shown:
     def _tell_levelled(self, why: Mapping[str, str]) -> None:
         """Report which profiles have no track, and why: each, or only the first if there are many, as in a map."""
         if len(why) > _MOST_REASONS:
-            say(f"{len(why)} of {len(self.found)} profiles have no wear track and are only leveled; the first:")
+            say(
+                f"wear track not evaluated in {len(why)} of {len(self.found)} profiles, which are only leveled; the "
+                "first:"
+            )
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
-            say(f"{key}: no wear track, only leveled: {why[key]}")
+            say(f"{key}: wear track not evaluated, profile only leveled: {why[key]}")
 
 
 def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> None:
@@ -202,7 +207,7 @@ def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
     there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent
     beside = [str(path) for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
     return ArchiveError(
-        f"{name}: found no such file or archived run in {archive}; expected a file with a profile, or the ID of an "
+        f"{name}: found neither a file nor a run of this name in {archive}; expected a profile file or the ID of an "
         f"archived run; {did_you_mean(name, [*there, *beside])}"
     )
 

@@ -132,8 +132,10 @@ Where = Annotated[
     str,
     typer.Option(
         "--where",
-        help='Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; '
-        "all conditions must hold; none means no value.",
+        help=(
+            'Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; all '
+            "conditions must be met; none means no value."
+        ),
     ),
 ]
 Sort = Annotated[

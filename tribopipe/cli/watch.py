@@ -35,7 +35,7 @@ def watch(
     figures: Figures = True,
     as_json: Annotated[
         bool,
-        typer.Option("--json", callback=keep_stdout_for_json, help="Print one line of JSON per event."),
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON line per event."),
     ] = False,
 ) -> None:
     """Process new exports in a folder as they arrive. Press Ctrl-C to stop.

@@ -39,13 +39,10 @@ RUN_CAPTIONS = {
     ),
     "friction": "Measured friction coefficient with its fit; below, the residuals.",
     "clean-up": "Signals as recorded and after preprocessing.",
-    "wear": (
-        "Measured wear with the fitted and predicted laws and their 95 % bands (bar: post-test measurement, 95 % "
-        "interval)."
-    ),
-    "contact": "Wear depth, mean pressure and both half axes of the contact with the fitted law, with 95 % bands.",
+    "wear": "Measured, fitted and predicted wear with 95 % bands (bar: post-test measurement, 95 % interval).",
+    "contact": "Wear depth, mean pressure and both half axes of the contact by the fitted law, with 95 % bands.",
     "local-wear": "Wear with the local contact pressure, compared with the global model.",
-    "local-pressure": "Pressure over the contact as it wears.",
+    "local-pressure": "Distribution of the contact pressure at several stages of wear.",
 }
 _STUDY_CAPTIONS = {
     "friction": "Friction coefficient of each run, with its fit.",
@@ -63,8 +60,8 @@ def study_caption(what: str, *, discs: bool) -> str:
     law = law_title(what.removeprefix("wear-"))
     if discs:
         return (
-            f"Wear volume of each disc with {law} and its 95 % band; below, measured over predicted wear. Filled "
-            "markers: runs that identify k_D; open markers: predicted runs."
+            f"Wear volume of each disc with {law} and its 95 % band; below, ratio of measured to predicted wear. "
+            "Filled markers: runs that identify k_D; open markers: predicted runs."
         )
     return (
         f"Pin wear depth of each run with {law} and its 95 % band; the law is fitted to the runs marked as fitted, and "

@@ -83,7 +83,7 @@ def _xarray() -> Any:
         import xarray
     except ImportError:
         raise NotInstalledError(
-            'xarray: found no such package; expected xarray for a Dataset; run pip install "tribopipe[xarray]"'
+            'xarray: not installed; expected this package for datasets; run pip install "tribopipe[xarray]"'
         ) from None
     return xarray
 

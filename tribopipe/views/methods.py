@@ -181,9 +181,8 @@ _DRIFT_BY_MODEL = Method(
         Equation(r"h_{\text{end}} = h ( s_{\text{end}} ; k_D ) ± u ( h_{\text{end}} )"),
     ),
     "y is the depth signal, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, "
-    "h_d that "
-    "of the disc, and h_end the pin's wear as measured. Settling with the amplitude a and the time constant τ, and a "
-    "shift with the recorded temperature, are alternatives, weighted by their evidence. f is slow "
+    "h_d that of the disc, and h_end the measured wear of the pin. Settling with the amplitude a and the time "
+    "constant τ, and a shift with the recorded temperature, are alternatives, weighted by their evidence. f is slow "
     "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
     "block averages.",
     references=(MATERN,),
@@ -266,7 +265,7 @@ _TRUNCATED = Method(
 )
 _FLAT = Method(
     "A flat pin",
-    "The contact keeps its radius a, so that the wear depth is the wear volume divided by its area:",
+    "The contact radius a is constant, so that the wear depth is the wear volume divided by the contact area:",
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
     "f is the factor of the wear law, 1 in Archard's.",
 )
@@ -285,13 +284,13 @@ _BLOCK = Method(
     "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
     "the sliding direction,",
     (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
-    "S is the sliding distance weighted by the wear law.",
+    "S = ∫ f ds is the effective sliding distance; f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
     (G77,),
 )
 _FOUR_BALLS = Method(
     "Contacts in a four-ball test",
     "The centers of the balls, of radius R, are the corners of a regular tetrahedron. Under a load F along the axis, "
-    "each contact carries F_n, lies R_t from the axis, and is that of a ball of radius R/2 on a flat:",
+    "each contact carries F_n at the distance R_t from the axis, and corresponds to a ball of radius R/2 on a flat:",
     (
         Equation(r"F_n = \frac{F}{\sqrt{6}} , \quad R_t = \frac{R}{\sqrt{3}}"),
         Equation(r"μ = \frac{\sqrt{2} T}{R F}"),
@@ -302,8 +301,9 @@ _FOUR_BALLS = Method(
 _BOTH_WEAR = Method(
     "Wear of a pin and of its track",
     "Archard's law holds at each point of both bodies, which stay in contact. In each slice along the sliding "
-    "direction, the depth of the groove follows from the area A that the pin has lost there, with L the sliding "
-    "distance between two passages of the pin, and scar and groove from the volumes of both:",
+    "direction, the depth of the groove follows from the cross-sectional area A that the pin has lost there; L is "
+    "the sliding distance between two passages of the pin. The size of scar and groove follows from the wear volumes "
+    "of both bodies:",
     (
         Equation(r"h_d ( x ) = \frac{k_2}{k_1 L} A ( x )"),
         Equation(r"V_i = k_i F_N S"),
@@ -313,7 +313,7 @@ _LOST = Method(
     "Identification of k_D from the wear volume",
     "If only the final wear volume of a body was measured, its k_D is the mean over the test, for any geometry:",
     (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
-    "S is the sliding distance weighted by the wear law.",
+    "S = ∫ f ds is the effective sliding distance; f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
 )
 _LOCAL = Method(
     "Local wear",
@@ -377,9 +377,10 @@ _MODEL = Method(
     "The wear depth H at the end of the test was found with one model of the depth signal, in which wear follows the "
     "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
-    "V is the worn volume at the depth H, and S the sliding distance weighted by the wear law. If depth signal and "
-    "measurement differ by more than three standard uncertainties of their difference, the depth signal is not "
-    "used, and k_D is that of the measurement. Without a post-test measurement, k_D is that of the depth signal.",
+    "V is the worn volume at the depth H, and S = ∫ f ds the effective sliding distance; f is 1 in Archard's law and "
+    "√(1 + 3μ²) in Sarkar's. If depth signal and measurement differ by more than three standard uncertainties of "
+    "their difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test "
+    "measurement, k_D is that of the depth signal.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",

@@ -82,9 +82,10 @@ def draw_profile(profile: Profile, found: Track | Level, title: str) -> "Figure"
         _draw_track(below, drawn, found)
         finish(above, title, _words(found))
     else:
-        finish(above, title, in_lines(f"no wear track: {found.why.partition(';')[0]}"))
+        why = found.why.partition(";")[0].removeprefix("found ")
+        finish(above, title, in_lines(f"wear track not evaluated: {why}"))
     above.set_ylabel(axis("height", drawn.raw_up))
-    below.set_ylabel(axis("above unworn surface", drawn.up))
+    below.set_ylabel(axis("height above unworn surface", drawn.up))
     below.set_xlabel(axis("position", drawn.along))
     figure.legend(loc="outside lower center", ncols=3)
     return figure
@@ -113,10 +114,10 @@ def _unit(values: ArrayLike) -> str:
 def _draw_raw(ax: "Axes", drawn: _Drawn, found: Track | Level) -> None:
     ax.plot(*thinned(drawn.x, drawn.z), color=GREY, lw=0.8, label="as measured")
     form = "an arc" if found.form == "arc" else f"a {found.form}"
-    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="taken as unworn")
+    ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="assumed unworn")
     ax.plot(*thinned(drawn.x, drawn.unworn), color=BLACK, ls=(0, (5, 1.6)), lw=0.9, label=f"unworn surface, {form}")
     if isinstance(found, Track) and np.any(found.dust):
-        ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust, bridged")
+        ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust, interpolated")
 
 
 def _draw_track(ax: "Axes", drawn: _Drawn, track: Track) -> None:
@@ -131,10 +132,10 @@ def _draw_track(ax: "Axes", drawn: _Drawn, track: Track) -> None:
         color=RED,
         alpha=0.35,
         lw=0,
-        label=f"groove, lost: {track.area.shown('um^2')}",
+        label=f"groove: {track.area.shown('um^2')}",
     )
     for number, ridge in enumerate(track.ridges):
-        label = "" if number else f"piled up, gained: {track.pile_up.shown('um^2')}"
+        label = "" if number else f"pile-up: {track.pile_up.shown('um^2')}"
         ax.fill_between(
             drawn.x, surface, 0, where=_between(drawn, ridge), color=GREEN, alpha=0.45, lw=0, label=label or None
         )
@@ -178,6 +179,6 @@ def _shown(length: Quantity) -> str:
 
 def _words(track: Track) -> str:
     lost = (
-        f"lost {track.area.shown('um^2')}, piled up {track.pile_up.shown('um^2')}, net {track.net_area.shown('um^2')}"
+        f"groove {track.area.shown('um^2')}, pile-up {track.pile_up.shown('um^2')}, net {track.net_area.shown('um^2')}"
     )
     return f"{lost}\nwidth {_shown(track.width)}, depth {_shown(track.depth)}"

@@ -97,7 +97,7 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
             ("drift rate (two-step correction)", _by_two_steps(result)),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
-            ("anchored on", result.anchor and measured_quantities(result.anchor)),
+            ("final wear depth from", result.anchor and measured_quantities(result.anchor)),
             ("wear depth at the end", shown(result.end_wear_depth)),
             ("of that, pin", shown(result.pin_wear_depth)),
             ("of that, disc", shown(result.disc_wear_depth)),
@@ -119,7 +119,7 @@ def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     if model.thermal_probability is not None:
         yield "probability of a temperature shift", f"{model.thermal_probability:.2f}"
     yield "shift over the temperature range", shown(model.thermal_shift)
-    yield "slow wander (root mean square)", shown(model.wander, "nm")
+    yield "slow wander (RMS)", shown(model.wander, "nm")
     yield "noise of block averages (standard deviation)", shown(model.noise, "nm")
 
 
@@ -136,7 +136,7 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
             ("A, initial excess over the steady state", shown(result.amplitude)),
             ("b, steady state", shown(result.steady_state)),
             ("c, running-in distance", shown(result.running_in_distance, "m")),
-            ("fitted between", interval(result.window, "m")),
+            ("fitted range", interval(result.window, "m")),
             ("standard deviation about the fit", shown(result.residual_deviation)),
             ("independent samples", None if samples is None else f"{samples:,.0f}"),
             ("mean of μ over the run", shown(result.mean)),

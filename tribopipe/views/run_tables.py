@@ -89,8 +89,7 @@ def runs_workbook(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> 
         from openpyxl import Workbook
     except ImportError:
         raise NotInstalledError(
-            "openpyxl: found no such package; expected openpyxl for writing a workbook; run pip install "
-            '"tribopipe[excel]"'
+            'openpyxl: not installed; expected this package for writing workbooks; run pip install "tribopipe[excel]"'
         ) from None
     book = Workbook(write_only=True)
     sheet = book.create_sheet("runs")

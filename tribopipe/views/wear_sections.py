@@ -84,7 +84,10 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
             ("scheme", result.scheme),
             ("number of steps", None if result.steps is None else f"{result.steps:,}"),
-            ("relative error of the steps", None if result.step_error is None else signed_share(result.step_error)),
+            (
+                "relative error due to the step size",
+                None if result.step_error is None else signed_share(result.step_error),
+            ),
         ),
         result.notes,
         (
@@ -192,9 +195,9 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
 _ENGINES: dict[WearEngine, str] = {
-    "giwm": "GIWM, uniform pressure",
+    "giwm": "GIWM, uniform contact pressure",
     "volume": "from the wear volume and groove shape",
-    "local": "local pressure",
+    "local": "local contact pressure",
 }
 
 

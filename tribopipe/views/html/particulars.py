@@ -152,7 +152,7 @@ def _lines(details: ReportDetails, standard: Standard, manifests: Sequence[RunMa
 def _followed(details: ReportDetails, standard: Standard) -> str:
     """State to what extent the tests followed the standard, in one of the two ways required by G99."""
     if details.follows == "all particulars":
-        said = f"The tests followed all particulars of {standard.number}"
+        said = f"The tests followed {standard.number} in all particulars"
         return f"{said}, except: {details.deviations}" if details.deviations else f"{said}."
     said = (
         f"The tests followed the procedure of {standard.number} with the materials and parameters stated in this "

@@ -252,7 +252,7 @@ def printed(document: str) -> bytes:
     if browser is None:
         raise TribopipeError(
             "report: found no Chromium, Chrome or Edge; expected one of them to create the PDF; install one, or omit "
-            "--pdf and print the HTML file from any browser"
+            "--pdf, open the HTML file in any browser and save it as PDF"
         )
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         page, pdf = Path(folder, "report.html"), Path(folder, "report.pdf")
@@ -273,15 +273,18 @@ def printed(document: str) -> bytes:
         try:
             done = subprocess.run(words, capture_output=True, timeout=_LONGEST, check=False)  # noqa: S603, none of a shell
         except subprocess.TimeoutExpired:
-            raise _no_pdf(f"{browser} after {_LONGEST} s") from None
+            raise _no_pdf(f"running {browser} for {_LONGEST} s") from None
         if not pdf.is_file():
             last = (done.stderr.decode("utf-8", "replace").splitlines() or ["no message"])[-1]
-            raise _no_pdf(f"{browser} ({last})")
+            raise _no_pdf(f"running {browser} ({last})")
         return pdf.read_bytes()
 
 
-def _no_pdf(source: str) -> TribopipeError:
-    return TribopipeError(f"report: found no PDF from {source}; expected a PDF; omit --pdf and print the HTML file")
+def _no_pdf(done: str) -> TribopipeError:
+    return TribopipeError(
+        f"report: found no PDF file after {done}; expected the browser to create one; omit --pdf, open the HTML file "
+        "in a browser and save it as PDF"
+    )
 
 
 def _browsers() -> Iterator[str]:

@@ -29,7 +29,7 @@ export function SideBySide({ rows, columns }: { rows: Row[]; columns: Column[] }
         )
       }
     >
-      <div className="table-box" tabIndex={0} role="region" aria-label="Numbers of the runs side by side">
+      <div className="table-box" tabIndex={0} role="region" aria-label="Values of the runs side by side">
         <table className="texts side-by-side">
           <thead>
             <tr>

@@ -21,7 +21,7 @@ export function CopyButton({ text, what }: Props) {
   const copy = () =>
     navigator.clipboard.writeText(text).then(
       () => say("Copied"),
-      () => say("Not allowed"),
+      () => say("Copying not permitted"),
     );
 
   return (

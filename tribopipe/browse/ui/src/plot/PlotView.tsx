@@ -93,7 +93,7 @@ export default function PlotView({ plot, onZoom, height = HEIGHT, colourBy, lege
         <p className="plot-x">{plot.x.label}</p>
         <p className="plot-value">{at === null ? "" : read(at)}</p>
         <p id={help} className="plot-help">
-          Drag to zoom, double-click for the whole. Keys: <kbd>+</kbd> <kbd>−</kbd> <kbd>←</kbd> <kbd>→</kbd>{" "}
+          Drag to zoom, double-click for the full range. Keys: <kbd>+</kbd> <kbd>−</kbd> <kbd>←</kbd> <kbd>→</kbd>{" "}
           <kbd>0</kbd>
         </p>
       </div>
@@ -106,7 +106,7 @@ function LineKinds({ panels, colouring }: { panels: Panel[]; colouring: Colourin
   const colour = useColours();
   const kinds = kindEntries(panels.map((panel) => styledPanel(panel, colouring, colour)));
   return (
-    <ul className="plot-kinds" aria-label="Kinds of lines">
+    <ul className="plot-kinds" aria-label="Line types">
       {kinds.map(({ key, name, stroke, kind }) => (
         <li key={key}>
           <Sample stroke={stroke} kind={kind} />

@@ -13,7 +13,7 @@ export function Origin({ made, of }: Props) {
     <dl className="origin">
       <dt>Program</dt>
       <dd>tribopipe {made.program_version}</dd>
-      <dt>Made</dt>
+      <dt>Computed</dt>
       <dd>
         <time dateTime={made.date}>{moment(made.date)}</time>
       </dd>

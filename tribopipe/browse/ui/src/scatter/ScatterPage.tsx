@@ -53,7 +53,7 @@ function Asked({ archive, runs }: { archive: Archive; runs: Runs }) {
   const [x, y] = [chosen("x"), chosen("y")];
   if (x === undefined || y === undefined) {
     return (
-      <Empty title={rows.length ? "These runs have no numbers to plot." : "No runs to plot."}>
+      <Empty title={rows.length ? "No numerical values to plot for these runs." : "No runs to plot."}>
         <p>
           Change the filter, or process runs with <code>tribopipe process</code>.
         </p>

@@ -78,7 +78,7 @@ export function ScatterPlot({ groups, x, y, log }: Props) {
       <p className="soft">
         Bars: standard uncertainty u.{" "}
         {means.some(({ means: dashes }) => dashes.length > 0) &&
-          "Dashes: means of replicates, which have the same bodies and conditions. "}
+          "Dashes: means of replicates (same bodies and conditions). "}
         {points.some(({ bad }) => bad) && "Hollow: marked bad. "}
         Click a point to open its run, or select it with <kbd>←</kbd> <kbd>→</kbd> and <kbd>Enter</kbd>.
       </p>

@@ -16,7 +16,7 @@ export function NoRuns({ archive }: { archive: Archive }) {
   return (
     <Empty title="This archive contains no runs yet.">
       <p>
-        Take in a run folder with <code>tribopipe ingest run/ --archive {archive.folder}</code>
+        Archive a run folder with <code>tribopipe ingest run/ --archive {archive.folder}</code>
       </p>
       <p>It is shown here as soon as it is archived.</p>
     </Empty>

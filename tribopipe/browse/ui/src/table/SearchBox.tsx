@@ -11,7 +11,7 @@ export function SearchBox({ text, onType }: Props) {
       <input
         id="search"
         type="search"
-        placeholder="any words in the table"
+        placeholder="words in the table"
         autoComplete="off"
         spellCheck={false}
         value={text}
