@@ -62,7 +62,7 @@ def export_dataset(
     dataset: Annotated[
         Path | None,
         typer.Option(
-            "--dataset", help="TOML file with title, people, license; default: dataset.toml next to the archive."
+            "--dataset", help="TOML file with title, people and license; default: dataset.toml next to the archive."
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,

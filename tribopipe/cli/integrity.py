@@ -49,7 +49,7 @@ def verify(
         str | None,
         typer.Option(
             "--against",
-            help="Hash from an earlier verify; detects a different or older copy of the archive.",
+            help="Hash printed by an earlier `tribopipe verify`; detects a different or older copy of the archive.",
             metavar="HASH",
             parser=_hash,
         ),

@@ -134,7 +134,7 @@ Where = Annotated[
         "--where",
         help=(
             'Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; all '
-            "conditions must be met; none means no value."
+            "conditions must be met; none stands for a missing value."
         ),
     ),
 ]
@@ -142,7 +142,7 @@ Sort = Annotated[
     str, typer.Option("--sort", help="Columns to sort by, such as material,-k_d; a minus sorts in descending order.")
 ]
 Columns = Annotated[
-    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; help lists them all.")
+    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; `--columns help` lists all.")
 ]
 
 
@@ -152,7 +152,7 @@ def ls(
     columns: Columns = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     everything: Annotated[
-        bool, typer.Option("--all", help="Show all rows on a terminal; files and pipes always get all.")
+        bool, typer.Option("--all", help="Show all rows on a terminal; output to files and pipes is always complete.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

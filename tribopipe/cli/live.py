@@ -62,7 +62,7 @@ def live(
     figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, such as live.svg.")] = None,
     as_json: Annotated[
         bool,
-        typer.Option("--json", callback=keep_stdout_for_json, help="Print one line of JSON per update."),
+        typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON line per update."),
     ] = False,
 ) -> None:
     """Follow a test while it runs: k_D so far, and warnings.

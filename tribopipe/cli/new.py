@@ -41,7 +41,7 @@ def new(
     ] = None,
     profiles: Annotated[
         list[str] | None,
-        typer.Option("--profile", help="Profile measured on a body: disc=track.txt.", metavar="BODY=FILE"),
+        typer.Option("--profile", help="Body and file of a profile, such as disc=track.txt.", metavar="BODY=FILE"),
     ] = None,
     sheet: SheetName = None,
     each_sheet: Annotated[
@@ -52,13 +52,13 @@ def new(
         bool,
         typer.Option(
             "--each-row",
-            help="Create a run folder for each row of a table of tests without recordings, .csv or .xlsx.",
+            help="Create a run folder for each row of a table (.csv or .xlsx) of tests without recordings.",
         ),
     ] = False,
     split: Annotated[
         str | None,
         typer.Option(
-            "--split", help="Create a run folder for each step, by the column with step numbers.", metavar="COLUMN"
+            "--split", help="Column with step numbers; a run folder is created for each step.", metavar="COLUMN"
         ),
     ] = None,
     accept: Annotated[
@@ -69,7 +69,9 @@ def new(
         Path | None,
         typer.Option(
             "--ends",
-            help="Table, .csv or .xlsx, with loads, scars and volumes of many runs, one per row; each file is a run.",
+            help=(
+                "Table (.csv or .xlsx) of loads, scar sizes and wear volumes, one row per run; each file becomes a run."
+            ),
         ),
     ] = None,
     as_json: AsJson = False,

@@ -57,7 +57,7 @@ ArchivedIds = Annotated[
 Replace = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 Figures = Annotated[bool, typer.Option(help="Save figures next to the archive.")]
 Template = Annotated[Path | None, typer.Option("--template", help="TOML file with settings common to all runs.")]
-Force = Annotated[bool, typer.Option("--force", help="Redo steps whose inputs and options are unchanged.")]
+Force = Annotated[bool, typer.Option("--force", help="Repeat steps even if inputs and options are unchanged.")]
 Amend = Annotated[
     bool,
     typer.Option(

@@ -288,7 +288,7 @@ def _known(subject: Subject, asked: _Asked) -> "KnownWear":
         return known if asked.distance is None else replace(known, distance=asked.distance)
     if asked.engine not in (None, fitted.engine):
         raise FitError(
-            f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected "
+            f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected --engine "
             f"{asked.engine}, because k_D is valid only for the engine it was fitted with; fit again with --engine "
             f"{asked.engine}"
         )

@@ -62,7 +62,8 @@ def fit(
     ids: RunIds = None,
     model: Law = "archard",
     together: Annotated[
-        bool, typer.Option("--together", help="Fit one k_D to all these runs, with the between-run scatter.")
+        bool,
+        typer.Option("--together", help="Fit one k_D to all these runs, taking the between-run scatter into account."),
     ] = False,
     engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

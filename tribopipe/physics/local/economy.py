@@ -148,7 +148,7 @@ def _stable(step: float, state: _State) -> float:
     limit = state.surface.stable_amount(state.contact)
     if step > limit:
         raise ContactError(
-            f"local wear: found an increment of the amount of wear of {step:.3g}; expected at most {limit:.3g}, SI, "
-            "since a longer one causes a checkerboard pressure on this mesh; use shorter increments"
+            f"local wear: found an increment of the amount of wear of {step:.3g}; expected at most {limit:.3g} (SI "
+            "units), since a longer one causes a checkerboard pressure on this mesh; use shorter increments"
         )
     return step
