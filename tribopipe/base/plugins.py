@@ -28,7 +28,7 @@ def names(group: str) -> list[str]:
 def not_installed(group: str, what: str, name: str) -> str:
     """Return one sentence: nothing of a name is installed, and which name is the nearest."""
     return (
-        f"found the unknown {what} {name!r}; expected the name of an installed {what}; "
+        f"found the {what} {name!r}, which is not installed; expected the name of an installed {what}; "
         f"{did_you_mean(name, names(group))}"
     )
 
