@@ -208,7 +208,7 @@ def test_scale_comes_before_the_calibration(made):
     assert columns(table)[1:] == [("F [mV]", "mV", None), ("F [mV], calibrated", "N", None)]
     assert table.columns[2].values == pytest.approx([5, 10])
     assert table.notes[0] == "'F [mV], calibrated' is 'F [mV]' × 0.001"
-    with pytest.raises(ReaderError, match="from readings in mV; expected V"):
+    with pytest.raises(ReaderError, match="in mV; expected V, the unit of calibration"):
         calibrated(made, "points = [[0, 0], [1, 10]]", content)
 
 

@@ -294,7 +294,7 @@ ASKED = {
     "three coefficients": (
         (RUN, *GIVEN, "--wear-coefficient", K_1),
         2,
-        ("found one too many; expected one for the curved_disc and one for the flat_disc",),
+        ("found too many values; expected one value for the curved_disc and one for the flat_disc",),
     ),
     "coefficient of zero": ((RUN, "--wear-coefficient", "0 mm^3/(N*mm)"), 1, ("--wear-coefficient", "positive")),
     "slip of a pin": ((PIN, "--slip", "4 %"), 2, ("--slip applies to two discs",)),
@@ -302,14 +302,14 @@ ASKED = {
     "two coefficients of a pin": (
         (PIN, *GIVEN),
         2,
-        ("found one too many; expected one for the pin and one for the disc",),
+        ("found too many values; expected one value for the pin and one for the disc",),
     ),
     "rotations of a pin": ((PIN, "--at", "1e6"), 1, ("--at", "1e6")),
     "convention of a pin": ((PIN, "--distance-per-rotation", "full-slip"), 2, ("--distance-per-rotation",)),
     "another convention than the fit's": (
         (RUN, "--distance-per-rotation", "contact-width"),
         1,
-        ("fitted with full-slip", "expected contact-width"),
+        ('fitted with distance_per_rotation = "full-slip"', 'expected "contact-width"'),
     ),
     "too many steps": ((RUN, "--at", "1e8", "--scheme", "published"), 1, ("steps", "--steps")),
     "onto a pin": (("--from", RUN, "--onto", PIN), 1, ("twin-disc", "pin-on-disc", "same materials")),

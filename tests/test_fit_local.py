@@ -142,7 +142,7 @@ def test_prediction_by_local_wear_reaches_the_depth_it_predicts():
     assert depth / giwm.prediction[0].contact.approach.value - 1 == pytest.approx(0.083, abs=0.001)
     (reached,) = predict_wear(scenario("local"), depths=[depth]).reached
     assert reached.sliding_distance.value == pytest.approx(500.0, rel=1e-9)
-    assert "local pressure" in str(local)
+    assert "local contact pressure" in str(local)
     assert "local" not in str(giwm)
 
 
@@ -238,7 +238,7 @@ def test_command_line_fits_by_either_engine_and_refuses_to_mix_them(archive, run
     fitted = run_cli("fit", NITRIDE, "--engine", "local", "--recipe", how, "--json", *place)
     (found,) = json.loads(fitted.stdout)["runs"]
     assert (fitted.exit_code, found["engine"]) == (0, "local")
-    assert "archard, local pressure: pin k_D" in fitted.stderr
+    assert "archard, local contact pressure: pin k_D" in fitted.stderr
     mixed = run_cli("predict", NITRIDE, "--at", "100 m", "--engine", "giwm", *place)
     assert mixed.exit_code == 1
     assert "fit again with --engine giwm" in mixed.stderr

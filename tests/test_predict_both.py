@@ -262,8 +262,8 @@ def test_published_scheme_is_refused(manifest):
     ("options", "words"),
     [
         (("ball=1e-14 m^2/N",), "'ball'"),
-        (("pin=1e-14 m^2/N", "pin=1e-14 m^2/N"), "found two for the pin"),
-        (("1e-14 m^2/N", "1e-14 m^2/N"), "one too many"),
+        (("pin=1e-14 m^2/N", "pin=1e-14 m^2/N"), "found two values for the pin"),
+        (("1e-14 m^2/N", "1e-14 m^2/N"), "too many values"),
         (("disc=1e-14 N",), "the unit 'N'"),
     ],
 )

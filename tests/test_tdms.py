@@ -123,7 +123,7 @@ def test_a_start_that_was_never_set_is_no_fact():
 def test_channels_of_different_length_or_rate_are_refused():
     with pytest.raises(ReaderError, match="found 2 samples of 'B' and 3 of 'A' in the group 'T'"):
         read(tdms({"T": {"A": (np.arange(3.0), {}), "B": (np.arange(2.0), {})}}))
-    with pytest.raises(ReaderError, match="different times between samples in the channels 'A' and 'B'"):
+    with pytest.raises(ReaderError, match="different sampling intervals in the channels 'A' and 'B'"):
         read(tdms({"T": {"A": (np.arange(3.0), WAVE), "B": (np.arange(3.0), WAVE | {"wf_increment": 0.2})}}))
 
 

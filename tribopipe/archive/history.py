@@ -222,7 +222,7 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
         if tail > LONGEST_LINE:
             raise ArchiveError(
                 f"{archive / FILE_NAME}: found a last line of more than {LONGEST_LINE:,} bytes; expected shorter "
-                "lines from tribopipe; restore the history from a copy"
+                "lines, as tribopipe writes them; restore the history from a copy"
             )
         tail *= 4
     return b""
@@ -304,7 +304,10 @@ class Account:
                 self._read += len(line)
                 self._take(line[:-1])
             if len(line) > LONGEST_LINE:
-                self._doubt(f"found a line of more than {LONGEST_LINE:,} bytes; expected shorter lines from tribopipe")
+                self._doubt(
+                    f"found a line of more than {LONGEST_LINE:,} bytes; expected shorter lines, as tribopipe writes "
+                    "them"
+                )
         return self
 
     def missing(self) -> str | None:

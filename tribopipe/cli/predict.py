@@ -288,15 +288,14 @@ def _known(subject: Subject, asked: _Asked) -> "KnownWear":
         return known if asked.distance is None else replace(known, distance=asked.distance)
     if asked.engine not in (None, fitted.engine):
         raise FitError(
-            f"{manifest.id}: found a k_D that was fitted with --engine {fitted.engine}; expected --engine "
-            f"{asked.engine}, because k_D is valid only for the engine it was fitted with; fit again with --engine "
-            f"{asked.engine}"
+            f"{manifest.id}: found a k_D fitted with --engine {fitted.engine}; expected --engine {asked.engine}, "
+            f"because k_D is valid only for the engine it was fitted with; fit again with --engine {asked.engine}"
         )
     if asked.distance not in (None, fitted.distance):
         raise FitError(
-            f"{manifest.id}: found a k_D that was fitted with {fitted.distance}; expected {asked.distance}, "
-            "because k_D is valid only for the distance convention it was fitted with; fit again with a recipe that "
-            "sets this convention"
+            f'{manifest.id}: found a k_D fitted with distance_per_rotation = "{fitted.distance}"; expected '
+            f'"{asked.distance}", because k_D is valid only for the convention with which it was fitted; set '
+            f'distance_per_rotation = "{asked.distance}" under [wear] in the recipe and fit again'
         )
     return fitted
 
@@ -308,10 +307,11 @@ def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quanti
         name, equals, value = text.rpartition("=")
         body = name.strip() if equals else next((one for one in contact.fitted_bodies if one not in found), None)
         if body not in contact.body_names or body in found:
-            what = "one too many" if not equals else f"two for the {body}" if body in found else repr(name)
+            what = "too many values" if not equals else f"two values for the {body}" if body in found else repr(name)
             raise typer.BadParameter(
-                f"--wear-coefficient: found {what}; expected one for the {' and one for the '.join(contact.body_names)}"
-                f', such as {contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
+                f"--wear-coefficient: found {what}; expected one value for the "
+                f"{' and one for the '.join(contact.body_names)}, such as "
+                f'{contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
             )
         found[body] = quantity("--wear-coefficient", value, "wear coefficient")
     return found

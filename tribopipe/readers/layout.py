@@ -93,8 +93,8 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers; expected a sign that is clearly a decimal sign or a "
-                "thousands separator; specify decimal in run.toml, and remove thousands separators"
+                f"line {line}: found {number!r} among integers, where the sign may mark decimals or thousands; "
+                "expected an unambiguous decimal sign; specify decimal in run.toml, and remove thousands separators"
             )
     return None
 

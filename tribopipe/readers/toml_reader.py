@@ -179,7 +179,7 @@ def _told_columns(profile: ReaderProfile, table: ReadTable, file: str) -> dict[s
         found = find_column(table, name, column.signal or f"the profile {profile.name!r}", file).name
         if told.setdefault(found, column) is not column:
             raise ReaderError(
-                f"{file}: found {found!r} twice in the profile {profile.name!r}, with its unit and without; expected "
+                f"{file}: found {found!r} twice in the profile {profile.name!r}, with and without its unit; expected "
                 "each column once; remove one"
             )
     return told
@@ -231,8 +231,8 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     """Turn readings into what they stand for, and report it."""
     if column.unit not in (None, calibration.reading):
         raise ReaderError(
-            f"{file}: found {column.name!r} from readings in {column.unit}; expected {calibration.reading}, as "
-            f"calibration {name!r} requires; scale the column, or specify its unit in the profile"
+            f"{file}: found readings of {column.name!r} in {column.unit}; expected {calibration.reading}, the unit "
+            f"of calibration {name!r}; scale the column, or specify its unit in the profile"
         )
     values = np.asarray(column.values, dtype=np.float64)
     lowest, highest = _range(calibration)

@@ -263,7 +263,7 @@ def fits_of(results: Iterable[object]) -> Iterator[WearFit]:
 
 def by(engine: WearEngine) -> str:
     """Give the engine that a k_D was found by, after its law; nothing of the GIWM."""
-    return {"giwm": "", "volume": ", from the wear volume", "local": ", local pressure"}[engine]
+    return {"giwm": "", "volume": ", from the wear volume", "local": ", local contact pressure"}[engine]
 
 
 def _parameters(parameters: tuple[LawValue, ...] | None) -> str:

@@ -202,7 +202,7 @@ def _shape_row(verdict: RunVerdict) -> Iterator[tuple[str, ...]]:
 
 
 def _engines(law: LawResult) -> TextTable:
-    """Return a table of k_D of the runs that were also fitted with local pressure."""
+    """Return a table of k_D of the runs that were also fitted with local contact pressure."""
     rows = [
         (
             run.id,
@@ -215,5 +215,7 @@ def _engines(law: LawResult) -> TextTable:
         if body.engines is not None
     ]
     return TextTable(
-        "k_D with uniform and with local pressure", ("run", "uniform (GIWM)", "local", "recommended"), tuple(rows)
+        "k_D with uniform and with local contact pressure",
+        ("run", "uniform (GIWM)", "local", "recommended"),
+        tuple(rows),
     )

@@ -136,9 +136,9 @@ def engine_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fi
             code="depends_on_engine",
             where="depth",
             message=(
-                f"k_D would be {local.shown(WEAR_COEFFICIENT)} under {problem.law.title} with local pressure, a shift "
-                f"of {apart:.1f} standard uncertainties, because the wear depth is small compared with the elastic "
-                "approach"
+                f"k_D would be {local.shown(WEAR_COEFFICIENT)} under {problem.law.title} with local contact "
+                f"pressure, a shift of {apart:.1f} standard uncertainties, because the wear depth is small compared "
+                "with the elastic approach"
             ),
             remedy="run a longer test, or use --engine local",
         )

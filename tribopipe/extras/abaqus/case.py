@@ -228,9 +228,9 @@ _FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: 
 _MEASURED = "k_D was identified with friction as measured; the subroutine uses the fit of Eq. 7."
 _OTHER_WEARS = "in the test the {} wore as well; the subroutine includes only the wear of the {}."
 _PRESSURES = {
-    "giwm": "uniform pressure (the Global Incremental Wear Model)",
+    "giwm": "uniform contact pressure (the Global Incremental Wear Model)",
     "volume": "the wear volume of the pin",
-    "local": "local pressure",
+    "local": "local contact pressure",
 }
 
 

@@ -95,9 +95,10 @@ class RtecReader:
         _refuse_words_below_names(text, blocks)
         at = next((n for n, block in enumerate(blocks) if block.head and _names(block.head[-1])), None)
         if at is None or blocks[at].start == blocks[at].end:
+            lacking = "no header row" if at is None else "no numbers below the header row"
             raise ReaderError(
-                f"{text.name}: found {'no row' if at is None else 'no numbers below the row'} of names with Timestamp "
-                "and channels such as 'DAQ.Fz (N)'; expected both; export the test again with its data"
+                f"{text.name}: found {lacking} with Timestamp and channels such as 'DAQ.Fz (N)'; expected a header row "
+                "and data rows; export the test again with its data"
             )
         facts, notes = _facts(text, blocks[at])
         notes += _closing_notes(text, blocks[at])

@@ -227,9 +227,9 @@ class _Group:
         tracks = {_track(channel): channel.name for channel in self.channels if "wf_increment" in channel.properties}
         if len(tracks) > 1:
             raise ReaderError(
-                f"{self.source.name}: found different times between samples in the channels "
-                f"{' and '.join(map(repr, list(tracks.values())[:2]))}; expected one sampling rate per group; "
-                "export channels with the same sampling rate to a separate file"
+                f"{self.source.name}: found different sampling intervals in the channels "
+                f"{' and '.join(map(repr, list(tracks.values())[:2]))}; expected one sampling rate per group; export "
+                "channels with the same sampling rate to a separate file"
             )
         for increment, offset, name, unit in tracks:
             if math.isfinite(increment) and math.isfinite(offset) and increment > 0 and is_unit(unit):
