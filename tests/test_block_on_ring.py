@@ -140,7 +140,7 @@ def test_what_was_read_goes_there_and_back():
             "block_scar_diameter: found this key for a block",
         ),
         ({"end_values": {"block_scar_width": "36 mm"}}, r"block_scar_width: found .* not less than"),
-        ({"end_values": {"block_scar_width": "1 mm", "pin_scar_length": "1 mm"}}, "found the same key also as"),
+        ({"end_values": {"block_scar_width": "1 mm", "pin_scar_length": "1 mm"}}, "found this key in addition to"),
         (
             {"conditions": {"normal_load": "134 N", "track_radius": "17.5 mm"}},
             r"conditions\.track_radius: found a track radius in addition to contact\.ring\.radius",

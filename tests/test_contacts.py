@@ -167,7 +167,7 @@ def test_run_toml_names_the_drum_and_goes_there_and_back():
         ({"end_values": {"drum_wear_depth": 3}}, r"end_values\.drum_wear_depth: found the number 3 without a unit"),
         (
             {"end_values": {"drum_wear_depth": "1 um", "disc_wear_depth": "1 um"}},
-            "drum_wear_depth: found the same key also as",
+            "drum_wear_depth: found this key in addition to",
         ),
         ({"end_values": {"flat_disc_wear_depth": "1 um"}}, "found a key that does not apply to pin-on-drum runs"),
         (

@@ -522,7 +522,7 @@ def test_decimal_sign_that_shows_late():
 
 def test_two_decimal_signs():
     message = refusal("Time;Depth\n0,5;1\n0,6;1.5\n")
-    assert "line 3: found '1.5', while line 2 has '0,5'" in message
+    assert "line 3: found '1.5', while line 2 contains '0,5'" in message
 
 
 def test_two_tables():

@@ -385,7 +385,7 @@ def test_demo_leaves_a_folder_of_something_else_alone(run_cli, lab, monkeypatch)
     (lab / "thesis.docx").touch()
     refused = run_cli("demo", "--folder", lab)
     assert refused.exit_code == 1
-    assert "found other files in this folder" in refused.stderr
+    assert "found a folder with other files" in refused.stderr
     assert [path.name for path in lab.iterdir()] == ["thesis.docx"]
 
 

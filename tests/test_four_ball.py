@@ -294,7 +294,7 @@ def test_what_was_read_goes_there_and_back():
             {"conditions": {"normal_load": "1600 N", "rotational_speed": "1200 rpm", "weld_load": "1569 N"}},
             r"conditions\.normal_load: found 1600 N, not less than the weld load of 1569 N",
         ),
-        ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found the same key also as"),
+        ({"end_values": {"ball_scar_diameter": "1 mm", "pin_scar_diameter": "1 mm"}}, "found this key in addition to"),
     ],
 )
 def test_what_does_not_fit_four_balls_is_refused_in_their_names(changes, words):

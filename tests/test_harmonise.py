@@ -35,7 +35,7 @@ def test_files_of_different_clocks_are_refused(sample_run):
 
 def test_files_of_different_length_are_refused(sample_run):
     write_files(sample_run, ONE + "0.3,0.5\n", OTHER)
-    with pytest.raises(ReaderError, match="3 rows, but 4 in the files before"):
+    with pytest.raises(ReaderError, match="3 rows, but 4 in the previous files"):
         read_run(sample_run)
 
 

@@ -115,7 +115,7 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},
             "contact: ball: found a ball in addition to a pin",
         ),
-        ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found the same key also as"),
+        ({"end_values": {"ball_scar_length": "1 mm", "pin_scar_length": "1 mm"}}, "found this key in addition to"),
         ({"end_values": {"flat_track_widht": "1 mm"}}, r"flat_track_widht: unknown key; .*'flat_track_width'"),
     ],
 )

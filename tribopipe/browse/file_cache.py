@@ -180,6 +180,6 @@ class RunFile(ArchivedFile):
             if dataset.ndim != 1 or dataset.size * 8 > _LARGEST:
                 raise ArchiveError(
                     f"{self.path}: found {dataset.size:,} values in {path}; expected a column of at most "
-                    f"{_LARGEST // 8:,}; open it with another viewer"
+                    f"{_LARGEST // 8:,}; open the file with another viewer"
                 )
             return np.asarray(unpacked(dataset), dtype=np.float64)

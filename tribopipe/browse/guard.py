@@ -169,7 +169,10 @@ def _refusal(scope: Scope) -> tuple[int, str] | None:
     if scope["method"] != "GET":
         return 405, f"found the method {scope['method']}; expected GET; the server only reads"
     if _from_elsewhere(headers, names):
-        return 403, "found a request from another page; expected a request from its own pages; open the printed address"
+        return (
+            403,
+            "found a request from another website; expected one from a page of this server; open the printed address",
+        )
     return None
 
 

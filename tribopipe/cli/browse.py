@@ -85,7 +85,7 @@ def _begin_demo(folder: Path) -> None:
     require_folder(folder)
     if folder.exists() and not (folder / _PLAN).is_file() and any(folder.iterdir()):
         raise OutputError(
-            f"{folder}: found other files in this folder; expected a new folder or the folder of an earlier demo; "
+            f"{folder}: found a folder with other files; expected a new folder or the folder of an earlier demo; "
             "specify another folder with --folder"
         )
     folder.mkdir(parents=True, exist_ok=True)

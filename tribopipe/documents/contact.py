@@ -502,7 +502,8 @@ class SlidingPin(Contact):
             other = next((one for one in names if one != key and names[one] == name), None)
             if other is not None:
                 raise ValueError(
-                    f"{where}.{key}: found the same key also as {other}; expected only one of the two; remove the other"
+                    f"{where}.{key}: found this key in addition to {other}, which has the same meaning; expected "
+                    "only one of the two; remove the other"
                 )
         return {names[key]: value for key, value in ends.items()}
 

@@ -190,8 +190,8 @@ def _add(gathered: _Gathered, part: Part, file: str) -> None:
     found, length = len(next(iter(part.columns.values()))), gathered.length
     if length is not None and found != length:
         raise ReaderError(
-            f"{file}: found {found:,} rows, but {length:,} in the files before; "
-            "expected one row per sample in every file; merge them on one time base first"
+            f"{file}: found {found:,} rows, but {length:,} in the previous files; expected one row per sample in "
+            "every file; merge them on one time base first"
         )
     for name, values in part.columns.items():
         if name in gathered.columns:
@@ -206,7 +206,7 @@ def _refuse_difference(name: SignalName, before: Column, values: Column, file: s
     different = np.flatnonzero(~(np.isclose(before, values, rtol=1e-9, atol=0) | (np.isnan(before) & np.isnan(values))))
     if len(different):
         raise ReaderError(
-            f"{file}: found values of {name} that differ from those in the files before, first at sample "
+            f"{file}: found values of {name} that differ from those in the previous files, first at sample "
             f"{different[0] + 1}; expected each signal once, or the same values in every file; map it in one file "
             "only, or merge the files on one time base first"
         )

@@ -74,8 +74,8 @@ def _two_signs(table: Table) -> str | None:
         return None
     (line, number), (other_line, other) = sorted(first.values())
     return (
-        f"line {other_line}: found {other!r}, while line {line} has {number!r}; expected one decimal sign; correct the "
-        "lines that differ, or specify decimal in run.toml"
+        f"line {other_line}: found {other!r}, while line {line} contains {number!r}; expected one decimal sign; "
+        "correct the lines that differ, or specify decimal in run.toml"
     )
 
 

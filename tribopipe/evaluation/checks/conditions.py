@@ -255,8 +255,8 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if recorded != ["time"] and recorded and abs(ratio - 1) > tolerance:
             yield Trouble(
                 labels[recorded[0]],
-                f"found {identity.formula} violated, with {_listed(identity, labels)}: the left side is {ratio:.3g} "
-                f"times the right side; expected a ratio of 1 within {100 * tolerance:.0f} %",
+                f"found a violation of {identity.formula} by {_listed(identity, labels)}: the left side is "
+                f"{ratio:.3g} times the right side; expected a ratio of 1 within {100 * tolerance:.0f} %",
                 "check the units and scales of these columns and values",
             )
 

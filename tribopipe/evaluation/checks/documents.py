@@ -100,7 +100,7 @@ def _odd_duration(run: RawRun) -> Iterator[Trouble]:
     days = 0.0 if time is None or not np.any(np.isfinite(time)) else float(np.nanmax(time) - np.nanmin(time)) / 86400
     if days > _LONGEST_TEST:
         yield Trouble(
-            "time", f"found a test of {days:.0f} days; expected at most {_LONGEST_TEST:.0f}", "check its unit"
+            "time", f"found a test of {days:.0f} days; expected at most {_LONGEST_TEST:.0f} days", "check its unit"
         )
 
 

@@ -536,8 +536,8 @@ def implausible_depth(run: RawRun) -> Iterator[Trouble]:
     if radius is not None and span > radius.value:
         yield Trouble(
             "depth",
-            f"found readings {Quantity(value=span, unit='m').shown('um')} apart; expected less than the {name} of "
-            f"{Quantity(value=radius.value, unit='m').shown('um')}",
+            f"found readings that differ by {Quantity(value=span, unit='m').shown('um')}; expected less than the "
+            f"{name} of {Quantity(value=radius.value, unit='m').shown('um')}",
             "check the column's unit",
         )
     yield from _drifted(run, depth[np.isfinite(depth)])
@@ -647,7 +647,8 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
         if not 0.95 <= mean / speed.value <= 1.05:
             yield Trouble(
                 progress.speed,
-                f"found {mean:.4g} m/s from time and {progress.words}; expected the nominal {speed.value:.4g} m/s",
+                f"found a mean speed of {mean:.4g} m/s from time and {progress.words}; expected the nominal "
+                f"{speed.value:.4g} m/s",
                 f"correct {progress.speed}, or the units of both columns",
             )
 

@@ -160,8 +160,9 @@ def _with_header(text: Text, lines: list[str], rows: list[Row], body: int, separ
             count = claimed
         else:
             raise ReaderError(
-                f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above columns without names; "
-                "expected nothing, units of length, or the number of points; specify the columns in run.toml"
+                f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above columns without names; expected "
+                "no other line above them than units of length or the number of points; specify the columns in "
+                "run.toml"
             )
     table = Table(
         separator,
