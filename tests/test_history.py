@@ -282,7 +282,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
     assert run_cli("verify", folder).exit_code == 0
     done = run_cli("verify", folder, "--against", head)
     assert done.exit_code == 1
-    assert f"error: {FILE_NAME}: found no line {head}, as noted elsewhere" in done.stdout
+    assert f"error: {FILE_NAME}: found no line with the hash {head}, which was given" in done.stdout
 
 
 # --- put in by hand ---

@@ -58,7 +58,7 @@ def _answer(question: str, context: typer.Context) -> None:
     found = pages_for(question) if is_question else []
     if not found:
         raise QueryError(
-            f"found {question!r}; expected a page, a command, an error, a finding or a question; "
+            f"found {question!r}; expected the name of a page, command, error or finding, or a question; "
             f"{_near(question, context)}"
         )
     best, *others = found[: 1 + _ALSO]

@@ -86,7 +86,7 @@ def planned_again(archive: Archive, run_id: str, step: Step) -> PlannedStep:
 def _another(step: Step, others: Sequence[PlannedStep]) -> str:
     """Report what a step was made from that the archive does not hold any more."""
     if not others:
-        return f"a wear coefficient of {step.options.get('reference')}; expected that coefficient in the archive"
+        return f"a wear coefficient of {step.options.get('reference')}; expected this coefficient in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]
     another = " and ".join(map(step_in_words, changed)) if changed else "inputs"
     return f"{another} that the archive no longer contains; expected those in the archive"

@@ -323,8 +323,8 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     if copies:
         yield Trouble(
             "time",
-            f"found the rows from {run.numbered(copies[0])} on to repeat those at the start of the recording; expected "
-            "each sample once",
+            f"found that the rows from {run.numbered(copies[0])} on repeat those at the start of the recording; "
+            "expected each sample once",
             "delete the copy: its sliding distance is counted again",
         )
 

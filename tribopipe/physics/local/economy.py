@@ -138,8 +138,8 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
         )
     if not 0 <= stress_loss < 1:
         raise ContactError(
-            f"local wear: found a stress loss of {stress_loss:g}; expected a fraction from 0 to less than 1; omit this "
-            "option to carry all stresses over"
+            f"local wear: found a stress loss of {stress_loss:g}; expected a fraction from 0 to less than 1; omit "
+            "this option to keep all stresses"
         )
 
 

@@ -122,7 +122,10 @@ def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")
     if against and not account.has(against):
-        message = f"found no line {against}, as noted elsewhere; expected this line unless the archive is an older copy"
+        message = (
+            f"found no line with the hash {against}, which was given with --against; expected this line unless the "
+            "archive is an older copy"
+        )
         look.error("history", message, _RESTORE)
     return look
 

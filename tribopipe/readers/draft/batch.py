@@ -255,5 +255,5 @@ def _refuse_two_sizes(row: EndsRow, where: str) -> None:
         if abs(diameter.value / 2 - radius.value) > _ALIKE * radius.value:
             raise ManifestError(
                 f"{where}: found a ball {diameter.shown('mm')} in diameter with a radius of {radius.shown('mm')}; "
-                "expected half the diameter; correct one of them, or delete its column"
+                "expected a radius of half the diameter; correct one of them, or delete one column"
             )
