@@ -97,10 +97,10 @@ def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
             ("drift rate (two-step correction)", _by_two_steps(result)),
             ("zero offset", shown(result.zero_offset)),
             ("discrepancy at the end", shown(result.discrepancy)),
-            ("final wear depth from", result.anchor and measured_quantities(result.anchor)),
+            ("post-test measurement used", result.anchor and measured_quantities(result.anchor)),
             ("wear depth at the end", shown(result.end_wear_depth)),
-            ("of that, pin", shown(result.pin_wear_depth)),
-            ("of that, disc", shown(result.disc_wear_depth)),
+            ("contribution of the pin", shown(result.pin_wear_depth)),
+            ("contribution of the disc", shown(result.disc_wear_depth)),
             *(() if result.model is None else _besides_wear(result.model)),
         ),
     )

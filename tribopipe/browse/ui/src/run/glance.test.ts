@@ -27,8 +27,8 @@ const drift = stageOf("drift_correction", "Drift correction", {
   "drift rate": "12 nm/min",
   "discrepancy at the end": "0.3 µm",
   "wear depth at the end": "25 µm",
-  "of that, pin": "20 µm",
-  "of that, disc": "5 µm",
+  "contribution of the pin": "20 µm",
+  "contribution of the disc": "5 µm",
 });
 const friction = stageOf("friction_fit", "Friction", { "b, steady state": "0.61", "mean of μ over the run": "0.58" });
 const rates = stageOf("specific_wear", "Specific wear rate", {
@@ -61,7 +61,11 @@ describe("tiles", () => {
   });
 
   it("name the bodies of a depth as the contact does", () => {
-    const balls = { "wear depth at the end": "9 µm", "of that, ball": "8 µm", "of that, top ball": "1 µm" };
+    const balls = {
+      "wear depth at the end": "9 µm",
+      "contribution of the ball": "8 µm",
+      "contribution of the top ball": "1 µm",
+    };
     const [found] = tiles([stageOf("drift_correction", "Drift correction", balls)]);
     expect(found?.more).toBe("ball 8 µm, top ball 1 µm");
   });

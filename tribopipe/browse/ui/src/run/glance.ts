@@ -59,15 +59,15 @@ function interval(after: Fact[]): string {
   return next?.name.startsWith("95 %") ? `95 % CI: ${next.value}` : "";
 }
 
-/** What is before the name of a body in the part of a depth that is its own. */
-const OF_THAT = "of that, ";
+/** Precedes the name of a body in its contribution to the wear depth. */
+const CONTRIBUTION = "contribution of the ";
 
 function depth(stage: Stage): Said[] {
   const value = valueOf(stage, "wear depth at the end");
   if (value === undefined) return [];
   const parts = stage.facts
-    .filter(({ name }) => name.startsWith(OF_THAT))
-    .map(({ name, value: part }) => [name.slice(OF_THAT.length), part].join(" "));
+    .filter(({ name }) => name.startsWith(CONTRIBUTION))
+    .map(({ name, value: part }) => [name.slice(CONTRIBUTION.length), part].join(" "));
   return [tile("Wear depth at the end", value, parts.join(", "))];
 }
 
