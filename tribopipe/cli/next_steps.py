@@ -249,7 +249,7 @@ def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
         missing = " and ".join(_to_be_added(runs[0]))
-        why = f"{_have(runs)} no wear coefficient ({_named(runs)}); missing: {missing}"
+        why = f"No wear coefficient for {_counted(len(runs), 'run')} ({_named(runs)}); missing: {missing}"
         yield _amending(runs[0], f"{why}: add the measured values to", found)
 
 
@@ -257,7 +257,10 @@ def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterato
     """Report which wear coefficients are based on the depth sensor alone, and how to add a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
-        why = f"{_have(runs)} no post-test measurement of the pin ({_named(runs)}); k_D is from the depth sensor alone"
+        why = (
+            f"No post-test measurement of the pin for {_counted(len(runs), 'run')} ({_named(runs)}); k_D is from the "
+            "depth sensor alone"
+        )
         yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 
 
@@ -296,7 +299,8 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     if known:
         yield from _of_wear_coefficients(known, found)
     if rated:
-        why = f"{_have(rated)} no fitted k_D: predict from the wear rate, which equals k_D of Archard's law"
+        count = _counted(len(rated), "run")
+        why = f"No fitted k_D for {count}: predict from the wear rate, which equals k_D of Archard's law"
         yield NextStep(why, ("tribopipe help scar_only",))
     subject = min(found.studied, default=next((run.id for run in known + rated), None))
     if subject is not None and not Path(f"{subject}.html").exists():
@@ -319,10 +323,6 @@ def _bodies(run: "ListedRun") -> tuple[str, ...]:
 
 def _are(things: Sequence[object], one: str, many: str = "") -> str:
     return f"{_counted(len(things), one, many)} {'is' if len(things) == 1 else 'are'}"
-
-
-def _have(runs: "Sequence[ListedRun]") -> str:
-    return f"{_counted(len(runs), 'run')} {'has' if len(runs) == 1 else 'have'}"
 
 
 def _counted(count: int, one: str, many: str = "") -> str:

@@ -102,7 +102,7 @@ _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
 
 _ALL = (
     _text("id", "run", "Name of the run.", shown=True),
-    _text("mark", "mark", "Shows 'bad' for a run that is marked bad.", shown=True),
+    _text("mark", "mark", "'bad' if the run is marked bad.", shown=True),
     _text("tags", "tags", "Tags of the run.", joint=", ", shown=True),
     _text("title", "title", "Title of the run."),
     _text("tribometer", "tribometer", "Type of tribometer.", shown=True),
@@ -180,7 +180,7 @@ _ALL = (
         _RATE,
     ),
     ListedColumn("started", "started", "Start of the test, local time.", kind="date", shown=True),
-    _text("operator", "operator", "Who ran the test."),
+    _text("operator", "operator", "Person who ran the test."),
     _text("instrument", "instrument", "Name of the tribometer."),
     _text("comment", "comment", "Comment in run.toml."),
     _text("stage", "stage", "Last step of the run.", shown=True),

@@ -39,7 +39,7 @@ def as_ingested(tribometer: str | None) -> Iterator[Part]:
     yield FieldPart("start_time", "Start of the test.", "NX_DATE_TIME")
     yield text("identifier_run", "Id of the run, unique in its archive.")
     yield _archived()
-    yield GroupPart("user", "NXuser", "Who ran the test.", (text("name", "Name."),))
+    yield GroupPart("user", "NXuser", "Person who ran the test.", (text("name", "Name."),))
     yield _instrument()
     yield from _bodies(tribometer)
     yield _stated("conditions", Conditions, "Test conditions.", tribometer)
