@@ -74,5 +74,5 @@ def test_run_without_friction_is_not_fitted_and_says_why():
 def test_friction_of_the_wrong_sign_is_refused_in_one_sentence():
     _, run = recorded()
     run = replace(run, columns={**run.columns, "friction_coefficient": np.full(len(run), -0.5)})
-    with pytest.raises(FitError, match=r"found a mean friction coefficient of -0\.5; expected one above zero"):
+    with pytest.raises(FitError, match=r"found a mean friction coefficient of -0\.5; expected a value above zero"):
         fit_wear(correct_drift(run), LAW, fit_friction(run), Recipe(wear=WearRecipe(friction="measured")))

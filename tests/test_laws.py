@@ -134,7 +134,7 @@ def test_energy_wear_coefficient_is_the_worn_volume_over_the_friction_work():
 
 def test_friction_that_does_no_work_is_refused_and_left_out_of_draws():
     law, draws = LAWS["dissipated_energy"], ExponentialFriction(0.0, np.array([[0.1], [-0.1]]))
-    with pytest.raises(FitError, match=r"found a mean friction coefficient of -0\.1; expected one above zero"):
+    with pytest.raises(FitError, match=r"found a mean friction coefficient of -0\.1; expected a value above zero"):
         law.effective_distance(np.array([1.0, 2.0]), ExponentialFriction(0.0, -0.1))
     found = law.effective_distance(np.array([1.0, 2.0]), draws)
     np.testing.assert_array_equal(np.isnan(found), [[False, False], [True, True]])

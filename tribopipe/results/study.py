@@ -68,7 +68,7 @@ class LawComparison(Record):
     delta_aic: dict[LawName, float]
     """AIC of each law minus the lowest; without laws whose parameters the run does not determine."""
     preferred: LawName | None
-    """The law with the lowest AIC, if all others are higher by at least 2, or by 10 if friction as measured enters."""
+    """The law with the lowest AIC, if all others are higher by at least 2, or by 10 if measured friction is used."""
 
 
 class EngineComparison(Record):

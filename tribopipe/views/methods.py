@@ -284,7 +284,7 @@ _BLOCK = Method(
     "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
     "the sliding direction,",
     (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
-    "S = ∫ f ds is the effective sliding distance; f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 in Archard's.",
     (G77,),
 )
 _FOUR_BALLS = Method(
@@ -313,7 +313,7 @@ _LOST = Method(
     "Identification of k_D from the wear volume",
     "If only the final wear volume of a body was measured, its k_D is the mean over the test, for any geometry:",
     (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
-    "S = ∫ f ds is the effective sliding distance; f is 1 in Archard's law and √(1 + 3μ²) in Sarkar's.",
+    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 in Archard's.",
 )
 _LOCAL = Method(
     "Local wear",
@@ -377,10 +377,10 @@ _MODEL = Method(
     "The wear depth H at the end of the test was found with one model of the depth signal, in which wear follows the "
     "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
-    "V is the worn volume at the depth H, and S = ∫ f ds the effective sliding distance; f is 1 in Archard's law and "
-    "√(1 + 3μ²) in Sarkar's. If depth signal and measurement differ by more than three standard uncertainties of "
-    "their difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test "
-    "measurement, k_D is that of the depth signal.",
+    "V is the worn volume at the depth H, and S = ∫ f ds the effective sliding distance; f is the factor of the wear "
+    "law, 1 in Archard's. If depth signal and measurement differ by more than three standard uncertainties of their "
+    "difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test measurement, "
+    "k_D is that of the depth signal.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",
