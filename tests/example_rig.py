@@ -45,6 +45,7 @@ sliding_speed = { value = "400 mm/s", standard_uncertainty = "0.1 mm/s" }
 file = "run.rig"
 [end_values]
 pin_wear_depth = { value = "DEPTH um", standard_uncertainty = "0.05 um" }
+disc_wear_depth = { value = "0 nm", standard_uncertainty = "5 nm" }
 """
 
 
