@@ -1,6 +1,6 @@
 """The row of an archived run in tables, and its JSON document."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from tribopipe.archive.outline import RunOutline, StepOutline
@@ -10,6 +10,7 @@ from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import record_json, table
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, force
+from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.specific_wear import SpecificWear, measured_quantity
@@ -46,20 +47,30 @@ def show_summaries(archive: Archive, ids: list[str]) -> None:
     runs = [archive.outline(run_id) for run_id in ids]
     if runs:
         title = "± is one standard uncertainty; k_D in mm³/(N·mm); wear measured and predicted at the end of the test"
-        table(title, _COLUMNS, [row for run in runs for row in _rows(run)])
+        laws = _laws(runs)
+        table(title, _columns(laws), [row for run in runs for row in _rows(run, laws)])
     worn = [row for run in runs for row in _wear_rows(run)]
     if worn:
         table("Specific wear rate, from post-test measurements", _WEAR_COLUMNS, worn)
 
 
-_LAWS = [law_label(name) for name in WEAR_FITS]
-_COLUMNS = (
-    *("run", "body", "drift, nm/min", "A", "b", "c, m"),
-    *(f"k_D, {law}" for law in _LAWS),
-    "measured",
-    *(f"predicted, {law}" for law in _LAWS),
-    "from",
-)
+def _laws(runs: Sequence[RunOutline]) -> list[LawName]:
+    """Return the laws that were fitted to, or predict, any of the runs."""
+    steps = {name for run in runs for name in run.steps}
+    return [law for law in WEAR_FITS if {WEAR_FITS[law], PREDICTIONS[law]} & steps]
+
+
+def _columns(laws: Sequence[LawName]) -> tuple[str, ...]:
+    labels = [law_label(law) for law in laws]
+    return (
+        *("run", "body", "drift, nm/min", "A", "b", "c, m"),
+        *(f"k_D, {label}" for label in labels),
+        "measured",
+        *(f"predicted, {label}" for label in labels),
+        "from",
+    )
+
+
 _WEAR_COLUMNS = ("run", "body", "depth, µm", "volume, mm³", "measured", "load", "distance, m", "rate, mm³/(N·m)")
 
 
@@ -84,12 +95,12 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
     ]
 
 
-def _rows(run: RunOutline) -> list[list[str]]:
+def _rows(run: RunOutline, laws: Sequence[LawName]) -> list[list[str]]:
     """Return a row for each body that is fitted or predicted; only the first contains the values of the run."""
     steps, contact = run.steps, run.manifest.described
     drift = _result(steps, "drift_correction")
-    fits = [_found(steps, name, WearFit) for name in WEAR_FITS.values()]
-    predictions = [_found(steps, name, WearPrediction) for name in PREDICTIONS.values()]
+    fits = [_found(steps, WEAR_FITS[law], WearFit) for law in laws]
+    predictions = [_found(steps, PREDICTIONS[law], WearPrediction) for law in laws]
     reference = next((one.reference for one in predictions if one is not None), None)
     fitted = any(fit is not None and fit.first is not None for fit in fits)
     ends: list[Mapping[str, PredictedBody]] = [{} if one is None else one.prediction[0].bodies for one in predictions]
