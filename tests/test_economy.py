@@ -74,7 +74,7 @@ def test_it_comes_to_where_implicit_wear_does():
 
 
 def test_long_increments_are_refused():
-    with pytest.raises(ContactError, match=rf"expected at most {LIMIT:.3g}, SI, .* shorter increments"):
+    with pytest.raises(ContactError, match=rf"expected at most {LIMIT:.3g} \(SI units\), .* shorter increments"):
         wear_economically(PIN, [10 * LIMIT], increment=1.01 * LIMIT)
 
 

@@ -215,7 +215,7 @@ def test_end_value_of_no_wear_is_refused_in_two_steps_and_bounds_k_d_by_the_mode
     )
     raw = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": end}))
     in_two_steps = Recipe(wear=WearRecipe(correction="two-step"))
-    with pytest.raises(FitError, match="without wear"):
+    with pytest.raises(FitError, match="shows no wear of the pin"):
         fit_wear(correct_drift(raw, in_two_steps), "archard", recipe=in_two_steps)
     fit = fit_wear(correct_drift(raw), "archard")
     truth = CASES["wc-co-water-400mN"][1].wear_coefficient.value

@@ -96,7 +96,10 @@ def test_structs_of_an_array_are_tests(tmp_path):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512), r"version 7\.3; expected version 7 or earlier; save it"),
+        (
+            b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512),
+            r"version 7\.3 MAT-file; expected version 7 or earlier; save it",
+        ),
         (mat({"a": 1.0, "b": TIME}), "no two vectors of equal length"),
         (mat({"a": np.zeros((3, 3))}), "no two vectors of equal length"),
         (mat(recorded())[:-5], "which end within a variable"),

@@ -714,14 +714,14 @@ def test_wear_beyond_the_crown_is_refused(convention):
     pair = discs_of(TABLE_3, convention)
     with pytest.raises(ContactError) as caught:
         pair.worn([1.0, 1e18], 1e-14)
-    one_sentence(caught, "beyond 4 mm, at which the crown is completely worn away")
+    one_sentence(caught, "more than 4 mm, at which the crown is completely worn away")
     with pytest.raises(ContactError) as caught:
         pair.rotations([1e-6, 4e-3], 1e-14)
-    one_sentence(caught, "beyond 4 mm, at which the crown is completely worn away")
+    one_sentence(caught, "more than 4 mm, at which the crown is completely worn away")
 
 
 def test_a_million_million_rotations_are_beyond_the_crown_of_table_3():
-    with pytest.raises(ContactError, match="beyond 4 mm, at which the crown is completely worn away"):
+    with pytest.raises(ContactError, match="more than 4 mm, at which the crown is completely worn away"):
         worn(TABLE_3, "full-slip", 1e12)
 
 

@@ -210,5 +210,5 @@ def test_other_files_are_left_alone(content):
 
 def test_without_the_package_it_says_how_to_install(monkeypatch):
     monkeypatch.setattr(workbook, "find_spec", lambda _name: None)
-    with pytest.raises(ReaderError, match=r'expected the package python-calamine.*pip install "tribopipe\[excel\]"'):
+    with pytest.raises(ReaderError, match=r'python-calamine is not installed; .*pip install "tribopipe\[excel\]"'):
         read(xlsx({"Data": ROWS}))
