@@ -483,8 +483,9 @@ class RunManifest(Record):
         if self.contact is None:
             return self
         for where, part in self._parts():
+            said = vars(part)  # an attribute that there is not is looked for in all names, to suggest the nearest
             foreign = next(
-                (name for name in foreign_keys(type(self.contact)) if getattr(part, name, None) not in (None, ())), None
+                (name for name in foreign_keys(type(self.contact)) if said.get(name) not in (None, ())), None
             )
             if foreign is not None:
                 raise ValueError(
