@@ -1,9 +1,10 @@
-"""Wear of a ball and its track by rigid bodies, as in the engine `volume`, compared with local wear of both bodies.
+"""Wear of a ball and its track by the engines `volume` and `local`, compared with local wear computed at every point.
 
     python benchmarks/contact_local_wear.py --write docs/results/contact_local_wear.md
 
-Both remove the same volumes; they differ in the shape of scar and groove. Local wear solves an elastic contact at every
-point after every step. D is the wear depth of both bodies together, δ₀ the elastic approach of the unworn contact, and
+All remove the same volumes; they differ in the shape of scar and groove. The engine `volume` has rigid bodies, and
+`local` the elastic start of `tribopipe.physics.elastic_start`. Local wear at every point solves an elastic contact
+after every step. D is the wear depth of both bodies together, δ₀ the elastic approach of the unworn contact, and
 κb the share of the track: κ = k_2/(k_1·L), b the half length of the scar of rigid bodies.
 """
 
@@ -14,20 +15,21 @@ from typing import NamedTuple
 import numpy as np
 from labs import Report, arguments
 
-from tribopipe.physics.elastic_start import too_deep
+from tribopipe.physics.elastic_start import ElasticSphereOnTrack
 from tribopipe.physics.hertz import hertz_ellipse
 from tribopipe.physics.local.track import pin_on_track, wear_pin_and_track
-from tribopipe.physics.pin_on_track import SphereOnTrack
+from tribopipe.physics.pin_on_track import SphereOnTrack, WornContact
 
 LOAD, RADIUS, MODULUS, COEFFICIENT = 0.2, 0.794e-3, 161.3e9, 1.35e-14
 PATH = 2 * np.pi * 4e-3
 BALL = SphereOnTrack(RADIUS)
 HERTZ = hertz_ellipse(normal_load=LOAD, radius_x=RADIUS, radius_z=RADIUS, modulus=MODULUS)
 PAPER = [(ratio, distance) for ratio in (0, 10, 300) for distance in (0.1, 1.0, 10.0, 500.0)]
-TRACK_SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)
-DEPTHS = (1.0, 3.0, 10.0, 100.0)
+ELASTIC = ElasticSphereOnTrack(BALL, HERTZ.half_width)
+TRACK_SHARES = (0.01, 0.2, 2.0, 20.0, 100.0)
+DEPTHS = (1.0, 2.5, 8.0, 60.0)
 CLOSE = 2.0
-"""Deviation, %, within which rigid bodies agree."""
+"""Deviation, %, within which shapes agree."""
 QUANTITIES = ("pin depth", "groove depth", "scar half width", "scar half length")
 
 
@@ -54,25 +56,22 @@ class Case(NamedTuple):
 
     def rigid(self) -> list[float]:
         """Return them by rigid bodies."""
+        return self.by(BALL)
+
+    def elastic(self) -> list[float]:
+        """Return them with an elastic start."""
+        return self.by(ELASTIC)
+
+    def by(self, bodies: SphereOnTrack | ElasticSphereOnTrack) -> list[float]:
+        """Return them by a shape in closed form."""
         volume = self.amount * LOAD
-        worn = BALL.worn(volume, self.track_ratio * volume)
+        worn: WornContact = bodies.worn(volume, self.track_ratio * volume)
         return [float(one) for one in (worn.pin_depth, worn.groove_depth, worn.half_width, worn.half_length)]
 
-    def estimated(self) -> list[float]:
-        """Return by how much the depths of rigid bodies are estimated to be too large, %."""
-        _, _, half_width, half_length = self.rigid()
-        return [
-            100 * float(share)
-            for share in too_deep(half_width=half_width, half_length=half_length, hertz_radius=HERTZ.half_width)
-        ]
 
-    def deviations(self, options: argparse.Namespace) -> list[float]:
-        """Return by how much rigid bodies are above local wear, %."""
-        return self.above(self.local(options.cells, options.steps))
-
-    def above(self, local: list[float]) -> list[float]:
-        """Return by how much rigid bodies are above what was computed, %; 0 for a groove that there is not."""
-        return [100 * (rigid / one - 1) if one else 0.0 for rigid, one in zip(self.rigid(), local, strict=True)]
+def above(found: list[float], local: list[float]) -> list[float]:
+    """Return by how much a shape is above what was computed, %; 0 for a groove that there is not."""
+    return [100 * (one / true - 1) if true else 0.0 for one, true in zip(found, local, strict=True)]
 
 
 def case_of(track_share: float, depth: float) -> Case:
@@ -92,50 +91,57 @@ def paper(report: Report, options: argparse.Namespace) -> None:
     """Compare wear of the paper's ball on tracks that wear more and more."""
     report.say(
         f"## Si₃N₄, 0.2 N, R {1e3 * RADIUS:g} mm, track radius 4 mm, k₁ 1.35·10⁻⁸ mm²/N\n\nLocal wear, in µm, and by "
-        "how much rigid bodies are above it."
+        "how much the engines are above it: volume, local."
     )
     rows = []
     for ratio, distance in PAPER:
         case = Case(ratio / PATH, COEFFICIENT * distance)
         local = case.local(options.cells, options.steps)
-        both = zip((f"{1e6 * one:.5g}" for one in local), percents(case.above(local)), strict=True)
-        rows.append([f"{ratio:g}", f"{distance:g} m", *(cell for pair in both for cell in pair)])
-    head = [cell for name in QUANTITIES for cell in (name, "rigid")]
-    report.table(["k₂/k₁", "s", *head], rows)
+        each = zip(
+            (f"{1e6 * one:.5g}" for one in local),
+            percents(above(case.rigid(), local)),
+            percents(above(case.elastic(), local)),
+            strict=True,
+        )
+        rows.append([f"{ratio:g}", f"{distance:g} m", *(f"{true}: {', '.join(both)}" for true, *both in each)])
+    report.table(["k₂/k₁", "s", *QUANTITIES], rows)
 
 
 def cases(report: Report, options: argparse.Namespace) -> None:
     """Compare 20 cases from a track that hardly wears to a ball that hardly wears."""
-    report.say(
-        "## By how much rigid bodies are above local wear, from one elastic approach of wear on\n\nEst.: as "
-        "`tribopipe.physics.elastic_start` estimates it, which predictions warn of."
-    )
-    rows, beyond = [], []
+    report.say("## By how much the engines are above local wear, from one elastic approach of wear on: volume, local")
+    rows, rigid, elastic = [], [], []
     for share in TRACK_SHARES:
         for depth in DEPTHS:
-            alone = depth / (1 + 4 / 3 * share)
             case = case_of(share, depth)
-            deviations = case.deviations(options)
-            rows.append([f"{share:g}", f"{depth:g}", f"{alone:.3g}", *percents([*deviations, *case.estimated()])])
-            if max(map(abs, deviations)) > CLOSE:
-                beyond.append(alone)
-    report.table(["κb", "D/δ₀", "pin depth/δ₀", *QUANTITIES, "pin depth, est.", "groove depth, est."], rows)
+            local = case.local(options.cells, options.steps)
+            rigid.append(above(case.rigid(), local))
+            elastic.append(above(case.elastic(), local))
+            both = zip(percents(rigid[-1]), percents(elastic[-1]), strict=True)
+            rows.append([f"{share:g}", f"{depth:g}", *map(", ".join, both)])
+    report.table(["κb", "D/δ₀", *QUANTITIES], rows)
+    most = np.max(np.abs(elastic), axis=0)
+    agree = [int(np.sum(np.max(np.abs(found), axis=1) <= CLOSE)) for found in (rigid, elastic)]
     report.say(
-        f"All four are within {CLOSE:g} % in {len(rows) - len(beyond)} of {len(rows)} cases. In the others, the pin is "
-        f"worn by at most {max(beyond):.2g} δ₀."
+        f"All four are within {CLOSE:g} % in {agree[0]} of {len(rows)} cases with the engine `volume`, and in "
+        f"{agree[1]} with `local`, which is off by at most "
+        + ", ".join(f"{one:.2f} % ({name})" for one, name in zip(most, QUANTITIES, strict=True))
+        + "."
     )
 
 
 def limits(report: Report, options: argparse.Namespace) -> None:
     """Find the wear from which on rigid bodies agree."""
     report.say(
-        f"## Wear from which on rigid bodies agree with local wear within {CLOSE:g} %\n\nD/δ₀ for each quantity, and "
-        "the wear depth of the pin alone, in δ₀, from which on both its depth and the length of its scar agree."
+        f"## Wear from which on rigid bodies (`volume`) agree with local wear within {CLOSE:g} %\n\nD/δ₀ for each "
+        "quantity, and the wear depth of the pin alone, in δ₀, from which on both its depth and the length of its scar "
+        "agree."
     )
     depths = np.geomspace(1.0, 100.0, options.depths)
     rows = []
     for share in TRACK_SHARES:
-        off = np.abs([case_of(share, depth).deviations(options) for depth in depths])
+        each = [case_of(share, depth) for depth in depths]
+        off = np.abs([above(case.rigid(), case.local(options.cells, options.steps)) for case in each])
         starts = [agreeing(depths, column) for column in off.T]
         pin = max(starts[0], starts[3]) / (1 + 4 / 3 * share)
         rows.append([f"{share:g}", *(f"{start:.2g}" for start in starts), f"{pin:.2g}"])
@@ -174,12 +180,12 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=16, help="steps per decade (%(default)s)")
     parser.add_argument("--depths", type=int, default=25, help="wear depths on the way to agreement (%(default)s)")
     options = parser.parse_args()
-    report = Report("Rigid wear of a ball and its track, and local wear", options)
+    report = Report("Wear of a ball and its track by the engines, and local wear at every point", options)
     report.say(
-        "Rigid bodies and local wear have lost the same volumes. D is the wear depth of pin and track together, δ₀ the "
-        "elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half length of the scar. Local wear is computed "
-        f"on {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; each case has a "
-        "grid that reaches beyond its scar and beyond the Hertzian contact."
+        "With all engines, the bodies have lost the same volumes. D is the wear depth of pin and track together, δ₀ "
+        "the elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half length of the scar. Local wear is "
+        f"computed on {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; each "
+        "case has a grid that reaches beyond its scar and beyond the Hertzian contact."
     )
     paper(report, options)
     cases(report, options)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.elastic_start import too_deep
+from tribopipe.physics.elastic_start import ElasticSphereOnTrack
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.course import wear
@@ -98,19 +98,50 @@ def test_deep_wear_is_that_of_rigid_bodies(ratio, distance):
     assert found.half_length == pytest.approx(rigid.half_length, rel=3e-3)
 
 
-@pytest.mark.parametrize("track_share", [0.01, 1.0, 10.0, 100.0])
-@pytest.mark.parametrize("depth", [1.0, 3.0, 10.0])
-def test_rigid_bodies_wear_too_deep_by_what_is_estimated(track_share, depth):
-    start = hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS)
-    pin = depth * start**2 / RADIUS / (1 + 4 / 3 * track_share)
-    ratio = track_share / TIP.half_width_at(pin)
-    rigid = TIP.at_depths(pin, ratio * TIP.middle_slice(pin))
-    amount = float(rigid.pin_volume) / LOAD
-    surface = pin_on_track(**{**BALL, "track_ratio": float(ratio), "amount": amount})
-    found = wear_pin_and_track(surface, amount)
-    more = too_deep(half_width=rigid.half_width, half_length=rigid.half_length, hertz_radius=start)
-    assert rigid.pin_depth / (1 + more.pin) == pytest.approx(found.pin_depth, rel=0.02)
-    assert rigid.groove_depth / (1 + more.groove) == pytest.approx(found.groove_depth, rel=0.015)
+START = float(hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS))
+ELASTIC = ElasticSphereOnTrack(TIP, START)
+
+
+@pytest.mark.parametrize("track_share", [0.02, 0.5, 5.0, 50.0])
+@pytest.mark.parametrize("depth", [1.0, 4.0])
+def test_the_elastic_start_is_local_wear_within_2_percent(track_share, depth):
+    pin = depth * START**2 / RADIUS / (1 + 4 / 3 * track_share)
+    ratio = float(track_share / TIP.half_width_at(pin))
+    volume = float(TIP.worn_to(pin, ratio).pin_volume)
+    local = wear_pin_and_track(pin_on_track(**{**BALL, "track_ratio": ratio, "amount": volume / LOAD}), volume / LOAD)
+    found = ELASTIC.worn(volume, ratio * volume)
+    for name in ("pin_depth", "groove_depth", "half_width", "half_length"):
+        assert getattr(found, name) == pytest.approx(getattr(local, name), rel=0.02), name
+
+
+def test_wear_starts_under_hertz_s_pressure():
+    first = ELASTIC.worn(volume := 1e-30, 0.0)
+    assert first.pin_depth == pytest.approx(1.5 * volume / (np.pi * START**2), rel=1e-6)
+    assert first.area == pytest.approx(np.pi * START**2, rel=1e-4)
+    unworn = ELASTIC.worn(0.0, 0.0)
+    assert unworn.pin_slope == pytest.approx(np.pi * START**2 / 1.5)
+    assert [unworn.half_width, unworn.half_length] == pytest.approx([START, START])
+
+
+@settings(max_examples=30, deadline=None)
+@given(log_volume=st.floats(-19, -10.5), log_ratio=st.floats(-2, 6))
+def test_the_elastic_start_can_be_inverted_and_its_slopes_are_derivatives(log_volume, log_ratio):
+    volume, ratio = 10.0**log_volume, 10.0**log_ratio
+    found = ELASTIC.worn(volume, ratio * volume)
+    again = ELASTIC.worn_to(found.pin_depth, ratio)
+    assert again.pin_volume == pytest.approx(volume, rel=1e-6)
+    assert again.groove_area == pytest.approx(ratio * volume, rel=1e-6)
+    low, high = (ELASTIC.worn(volume * by, ratio * volume * by) for by in (0.999, 1.001))
+    slope = 0.002 * volume / (high.pin_depth - low.pin_depth)
+    assert found.pin_slope == pytest.approx(slope, rel=2e-3)
+    slope = 0.002 * ratio * volume / (high.groove_depth - low.groove_depth)
+    assert found.groove_slope == pytest.approx(slope, rel=2e-3)
+
+
+def test_a_groove_under_a_ball_that_does_not_wear():
+    found = ELASTIC.worn_to(1e-7, np.inf)
+    assert [found.pin_depth, found.pin_volume] == [0, 0]
+    assert found.groove_depth == pytest.approx(1e-7, rel=1e-9)
 
 
 @settings(max_examples=8, deadline=None)

@@ -47,7 +47,7 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
             f"the wear track on the {counterbody}; "
             'add track_radius = "5 mm" or the like to run.toml'
         )
-    return PinAndTrackWear(contact, terms.path)
+    return PinAndTrackWear(contact, terms.path, terms.engine)
 
 
 _FAMILIES: dict[type[Contact], Callable[..., ContactWear]] = {

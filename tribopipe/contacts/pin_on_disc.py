@@ -17,7 +17,7 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.conventions import WearEngine
-from tribopipe.physics.elastic_start import too_deep
+from tribopipe.physics.elastic_start import elastic_start
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.sphere import LocalSphere
 from tribopipe.physics.pin_on_disc import BlockOnCylinder, FlatPin, PinContact, RigidSphere, SphericalPin, WornState
@@ -146,6 +146,14 @@ def no_local_wear_of_a_block(contact: SlidingPin) -> ContactError:
     )
 
 
+def no_local_wear_of_a_flat_tip(contact: SlidingPin, instead: WearEngine) -> ContactError:
+    """Return the refusal of local wear of a truncated sphere, whose flat has an edge."""
+    return ContactError(
+        f"local wear: found a truncated sphere with a flat of {show(contact.flat_end, None, 'm', 'um')}; expected a "
+        f"full sphere or a flat pin; use --engine {instead}"
+    )
+
+
 def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinContact:
     """Build the pin's curve by an engine, from the values that ``pin_contact`` takes.
 
@@ -159,10 +167,7 @@ def pin_curve(contact: SlidingPin, values: Values, engine: WearEngine) -> PinCon
     if engine == "volume":
         return RigidSphere(pin.radius, pin.flat_radius)
     if contact.pin.flat_radius is not None:
-        raise ContactError(
-            f"local wear: found a truncated sphere with a flat of {contact.pin.flat_radius.shown('um')}; expected a "
-            "full sphere or a flat pin; use --engine giwm"
-        )
+        raise no_local_wear_of_a_flat_tip(contact, "giwm")
     return LocalSphere(pin)
 
 
@@ -173,16 +178,16 @@ def neglected_deformation(contact: SlidingPin, values: Values, last: State) -> I
     load, radius = values["normal_load"], values["pin_radius"]
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=contact.reduced_modulus()))
     width, length = float(last["half_width"]), float(last["half_length"])
-    excess = too_deep(half_width=width, half_length=length, hertz_radius=start)
+    true = elastic_start(half_width=width, half_length=length, hertz_radius=start)
     depths = last["wear_depth"], last.get("track_depth", 0.0)
-    worn = {
-        name: float(share) for name, share, depth in zip(contact.body_names, excess, depths, strict=True) if depth > 0
-    }
+    both = zip(contact.body_names, (true.pin, true.groove), depths, strict=True)
+    worn = {name: 1 / float(share) - 1 for name, share, depth in both if depth > 0}
     if not any(share > _ELASTIC for share in worn.values()):
         return
     by = " and ".join(f"of the {name} by about {100 * share:.0f} %" for name, share in worn.items())
     yield (
         f"warning: found a contact {show(2 * width, None, 'm', 'um')} wide and {show(2 * length, None, 'm', 'um')} "
         f"long after wear, and {show(2 * start, None, 'm', 'um')} before; expected a larger scar, because elastic "
-        f"deformation is neglected, which overestimates the wear depth {by}; use the wear volumes, which remain valid"
+        f"deformation is neglected, which overestimates the wear depth {by}; use --engine local, or the wear volumes, "
+        "which remain valid"
     )

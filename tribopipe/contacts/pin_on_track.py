@@ -1,8 +1,8 @@
 """A pin and the track it slides on, both of which wear: from what run.toml states to the course of wear.
 
-Each body loses V = k·F_N·S, and the shape of both follows from these volumes (tribopipe.physics.pin_on_track). No
-elasticity enters: local wear removes the same volumes, and has the same shape once the pin is worn three times as deep
-as the elastic approach (tribopipe.physics.elastic_start).
+Each body loses V = k·F_N·S, and the shape of both follows from these volumes (tribopipe.physics.pin_on_track). Local
+wear removes the same volumes; what elasticity makes of the shape while the scar is small is taken into account by the
+engine "local" alone (tribopipe.physics.elastic_start).
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,11 +15,19 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
-from tribopipe.contacts.pin_on_disc import neglected_deformation
+from tribopipe.contacts.pin_on_disc import (
+    PinWear,
+    neglected_deformation,
+    no_local_wear_of_a_block,
+    no_local_wear_of_a_flat_tip,
+)
 from tribopipe.contacts.wear import State, Steps
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
+from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.elastic_start import ElasticSphereOnTrack
+from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.pin_on_disc import no_published_scheme
 from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack, WornContact
 from tribopipe.results.input_quantities import Input, relative_input
@@ -38,6 +46,8 @@ class PinAndTrackWear:
     contact: SlidingPin
     path: Quantity
     """Sliding distance between two passages of the pin at one place of the track, m."""
+    engine: WearEngine = "volume"
+    """Rigid bodies, or as "local" those with an elastic start; the GIWM has no track that wears."""
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient", "track_coefficient")
     displacement: ClassVar[str] = "approach"
@@ -71,20 +81,32 @@ class PinAndTrackWear:
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, tip radius and track with the uncertainties stated, or else the recipe's defaults."""
-        defaults = recipe.uncertainty
-        return {
-            "normal_load": relative_input(self.contact.pressed_by(normal_load), defaults.normal_load, above_zero=True),
-            "pin_radius": relative_input(self.contact.equivalent_pin.radius, defaults.pin_radius, above_zero=True),
-            "track_length": relative_input(self.path, defaults.track_radius, above_zero=True),
-        }
+        defaults, alone = recipe.uncertainty, PinWear(self.contact, self.engine).inputs(normal_load, recipe)
+        needed = alone if self.engine == "local" else ("normal_load", "pin_radius")
+        track = relative_input(self.path, defaults.track_radius, above_zero=True)
+        return {name: alone[name] for name in needed} | {"track_length": track}
 
-    def tip(self, values: Values) -> OnTrack:
-        """Return the unworn pin."""
+    def tip(self, values: Values) -> OnTrack | ElasticSphereOnTrack:
+        """Return the unworn pin. Raises ``ContactError`` for local wear of a block or a truncated sphere."""
+        local = self.engine == "local"
         if self.contact.pin.line:
+            if local:
+                raise no_local_wear_of_a_block(self.contact)
             return BlockOnTrack(values["pin_radius"], self.contact.pin.line)
         if self.contact.pin.shape == "flat":
             return FlatOnTrack(values["pin_radius"])
-        return SphereOnTrack(values["pin_radius"], self._flat)
+        rigid = SphereOnTrack(values["pin_radius"], self._flat)
+        if not local:
+            return rigid
+        if self._flat:
+            raise no_local_wear_of_a_flat_tip(self.contact, "volume")
+        return ElasticSphereOnTrack(rigid, self._hertz_radius(values))
+
+    def _hertz_radius(self, values: Values) -> Column:
+        modulus = self.contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"])
+        return np.asarray(
+            hertz_radius(normal_load=values["normal_load"], pin_radius=values["pin_radius"], modulus=modulus)
+        )
 
     @cached_property
     def _flat(self) -> float:
@@ -114,10 +136,9 @@ class PinAndTrackWear:
     def _rate(self, values: Values, worn: WornContact) -> Column:
         """Return how fast the pin recedes in the middle, or the track under a pin that does not wear."""
         pin, track = _coefficients(values)
-        load, slope = values["normal_load"], np.maximum(worn.groove_slope, _POINT * np.asarray(values["pin_radius"]))
-        length = np.maximum(worn.half_length, _POINT * np.asarray(values["pin_radius"]))
-        of_track = track * load / (values["track_length"] * slope)
-        return np.where(pin > 0, pin * load / (2 * length * slope), of_track)
+        load, point = values["normal_load"], _POINT * np.asarray(values["pin_radius"])
+        of_track = track * load / (values["track_length"] * np.maximum(worn.groove_slope, point))
+        return np.where(pin > 0, pin * load / np.maximum(worn.pin_slope, point**2), of_track)
 
     def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective sliding distance after which the pin, or else the track, has worn to a depth, m.
@@ -127,9 +148,8 @@ class PinAndTrackWear:
         tip, load = self.tip(values), np.asarray(values["normal_load"])
         pin, track = _coefficients(values)
         wears = pin > 0
-        ratio = np.divide(track, pin * values["track_length"], out=np.zeros_like(pin * load), where=wears)
-        groove = np.where(wears, ratio * tip.middle_slice(depth), depth)
-        worn = tip.at_depths(np.where(wears, depth, 0.0), groove)
+        ratio = np.divide(track, pin * values["track_length"], out=np.full_like(pin * load, np.inf), where=wears)
+        worn = tip.worn_to(depth, ratio)
         if not np.all(worn.approach < tip.most):
             raise _too_deep(worn, tip)
         lost = np.where(wears, worn.pin_volume, worn.groove_area * values["track_length"])
@@ -153,16 +173,16 @@ class PinAndTrackWear:
         raise no_published_scheme(steps.ends[1:], "wear volumes of pin and counterbody")
 
     def start(self, _: Values, /) -> None:
-        """Return nothing: rigid bodies begin in a point."""
+        """Return nothing: the published scheme is not that of two bodies."""
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
         """Return what the contact assumes; worn coatings, a track too short for it, and a scar too small for it."""
-        yielded = (
-            ()
-            if last is None
-            else (*self._through(last), *self._short(last), *neglected_deformation(self.contact, values, last))
-        )
+        yielded = () if last is None else (*self._through(last), *self._short(last), *self._neglected(values, last))
         return *self.contact.limits, "wear volume of each body: k_D·F_N·s", *yielded
+
+    def _neglected(self, values: Values, last: State) -> Iterator[str]:
+        if self.engine != "local":
+            yield from neglected_deformation(self.contact, values, last)
 
     def _through(self, last: State) -> Iterator[str]:
         for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
@@ -188,14 +208,14 @@ def _coefficients(values: Values) -> tuple[Column, Column]:
     return np.asarray(values["wear_coefficient"]), np.asarray(values["track_coefficient"])
 
 
-def _refuse_beyond(tip: OnTrack, worn: WornContact, pin_volume: Column) -> None:
+def _refuse_beyond(tip: OnTrack | ElasticSphereOnTrack, worn: WornContact, pin_volume: Column) -> None:
     """Raise ``ContactError`` where the contact is as wide as the sphere, so that no shape has these volumes."""
     found = np.isclose(worn.pin_volume, pin_volume, rtol=_SAME, atol=0)
     if not np.all((worn.approach < tip.most) & found):
         raise _too_deep(worn, tip)
 
 
-def _too_deep(worn: WornContact, tip: OnTrack) -> ContactError:
+def _too_deep(worn: WornContact, tip: OnTrack | ElasticSphereOnTrack) -> ContactError:
     # Beyond the tip there is no such shape, and no depth of it.
     depth = np.max(np.where(np.isfinite(worn.approach), worn.approach, tip.most))
     return ContactError(

@@ -16,9 +16,9 @@ Everything is in SI, in arrays that are broadcast against each other. Cf. Kauzla
 215 (2001) 387; Hegadekatte, Huber and Kraft, Tribol. Lett. 24 (2006) 51.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,6 +57,8 @@ class WornContact:
     """Area of the contact, m²: the load over the mean pressure."""
     groove_slope: Array
     """d(cross-section)/dh_d as both go on wearing, m."""
+    pin_slope: Array
+    """dV_1/dh_p as both go on wearing, m²."""
 
     @property
     def approach(self) -> Array:
@@ -64,8 +66,44 @@ class WornContact:
         return self.pin_depth + self.groove_depth
 
 
+class OnTrack(ABC):
+    """A pin on a track, both rigid."""
+
+    @property
+    @abstractmethod
+    def most(self) -> Array:
+        """Approach, m, at which the pin is worn away."""
+
+    @abstractmethod
+    def approach_at(self, half_width: ArrayLike) -> Array:
+        """Return the depth, m, at which the unworn pin has this half width, m; NaN where its width does not grow."""
+
+    @abstractmethod
+    def half_width_at(self, approach: ArrayLike) -> Array:
+        """Return the half width, m, at a depth below the lowest unworn point of the pin, m."""
+
+    @abstractmethod
+    def middle_slice(self, pin_depth: ArrayLike) -> Array:
+        """Return the area lost by the pin in its middle slice, m²."""
+
+    @abstractmethod
+    def at_depths(self, pin_depth: ArrayLike, groove_depth: ArrayLike) -> WornContact:
+        """Return the contact worn to these depths in its middle, m."""
+
+    @abstractmethod
+    def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
+        """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m²."""
+
+    def worn_to(self, depth: ArrayLike, track_ratio: ArrayLike) -> WornContact:
+        """Return the contact whose pin is worn to a depth, m, or its track if κ is infinite; κ in 1/m."""
+        ratio = _floats(track_ratio)
+        both = np.isfinite(ratio)
+        pin = np.where(both, depth, 0.0)
+        return self.at_depths(pin, np.where(both, np.where(both, ratio, 0.0) * self.middle_slice(pin), depth))
+
+
 @dataclass(frozen=True)
-class SphereOnTrack:
+class SphereOnTrack(OnTrack):
     """A spherical pin, with or without a flat ground on it before the test."""
 
     radius: ArrayLike
@@ -106,7 +144,8 @@ class SphereOnTrack:
         sums = slices.integrals(beside[..., None], a[..., None])
         if np.any(f > 0):
             sums = sums + slices.integrals(np.zeros_like(f)[..., None], f[..., None])
-        return WornContact(h_p, h_d, a, b, *sums)
+        volume, section, revolved, area, slope = sums
+        return WornContact(h_p, h_d, a, b, volume, section, revolved, area, slope, 2 * b * slope)
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
         """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
@@ -141,7 +180,7 @@ class SphereOnTrack:
 
 
 @dataclass(frozen=True)
-class FlatOnTrack:
+class FlatOnTrack(OnTrack):
     """A flat pin of circular cross-section, which wears least along its middle line and ends crowned across."""
 
     radius: ArrayLike
@@ -175,6 +214,7 @@ class FlatOnTrack:
         approach, step = (h_p + h_d)[..., None], 2 * weight * r[..., None] * chord
         half = r[..., None] * chord
         deepening = _deepening((2 * r * h_p)[..., None], h_d[..., None], half, chord)
+        slope = np.sum(step * deepening, axis=-1)
         return WornContact(
             pin_depth=h_p,
             groove_depth=h_d,
@@ -184,7 +224,8 @@ class FlatOnTrack:
             groove_area=np.sum(step * approach * groove, axis=-1),
             groove_revolved=np.sum(np.pi * step * across * approach * groove, axis=-1),
             area=np.pi * r**2,
-            groove_slope=np.sum(step * deepening, axis=-1),
+            groove_slope=slope,
+            pin_slope=2 * r * slope,
         )
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
@@ -197,7 +238,7 @@ class FlatOnTrack:
 
 
 @dataclass(frozen=True)
-class BlockOnTrack:
+class BlockOnTrack(OnTrack):
     """A block on a ring, both of which wear evenly across the sliding direction."""
 
     radius: ArrayLike
@@ -236,15 +277,13 @@ class BlockOnTrack:
             groove_revolved=np.zeros(h_p.shape),
             area=np.asarray(2 * self.width * half),
             groove_slope=np.full(h_p.shape, self.width),
+            pin_slope=np.asarray(2 * half * self.width),
         )
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
         """Return the contact whose block has lost V_1, m³, and whose ring a layer of the cross-section V_2/L, m²."""
         depth = segment_height(area=_floats(pin_volume) / self.width, radius=self.radius)
         return self.at_depths(depth, _floats(groove_area) / self.width)
-
-
-OnTrack: TypeAlias = SphereOnTrack | FlatOnTrack | BlockOnTrack
 
 
 @dataclass(frozen=True)

@@ -83,14 +83,14 @@ def known_wear(fit: WearFit) -> KnownWear | None:
 def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: Recipe) -> KnownWear:
     """Return k_D that somebody states of bodies by name, those without one unworn, as a recipe takes it.
 
-    The counterbody of a pin wears by volume. Raises ``FitError`` where the recipe asks for another engine then.
+    The GIWM has no counterbody that wears: raises ``FitError`` where the recipe asks for it then.
     """
     stated = {name: coefficients[name] for name in contact.body_names if name in coefficients}
     both, engine = any(name not in contact.fitted_bodies for name in stated), recipe.wear.engine
-    if both and engine not in (None, "volume"):
+    if both and engine == "giwm":
         raise FitError(
-            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} with --engine {engine}, which "
-            "computes only the wear of the pin; expected --engine volume, or k_D of the pin alone"
+            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} with --engine giwm, which "
+            "computes only the wear of the pin; expected --engine volume or local, or k_D of the pin alone"
         )
     if both:
         # Depths that are to be reached are those of the first body, so that it has to wear.
