@@ -18,12 +18,13 @@ Everything is in SI, in arrays that are broadcast against each other. Cf. Kauzla
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribopipe.physics.geometry import scar_depth, scar_radius_at, segment_area, segment_height, worn_depth
+from tribopipe.physics.master_curve import at_many
 
 Array = NDArray[np.float64]
 SHAPE_LEAST, SHAPE_MOST = 3 * np.pi / 16, 2 / 3
@@ -32,8 +33,10 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _MOST_ITERATIONS = 80
 _EXACT = 1e-13
 _CONVERGED = 1e-9
-_GROWTH_NODES = 201
 """Relative step after which a root that converges faster than linearly is exact."""
+_MANY = 1000
+"""Contacts from which on a polynomial through fewer gives them sooner."""
+_GROWTH_NODES = 201
 
 
 @dataclass(frozen=True)
@@ -150,9 +153,14 @@ class SphereOnTrack(OnTrack):
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
         """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
 
-        V_1 = k_1·F_N·S and V_2 = k_2·F_N·S by Archard's law, for the effective sliding distance S.
+        V_1 = k_1·F_N·S and V_2 = k_2·F_N·S by Archard's law, for the effective sliding distance S. Of many contacts,
+        the shape is that of a master curve (tribopipe.physics.master_curve).
         """
         v, s = np.broadcast_arrays(_floats(pin_volume), _floats(groove_area))
+        many = self._by_master_curve(v, s) if v.size > _MANY else None
+        return self._solved(v, s) if many is None else many
+
+    def _solved(self, v: Array, s: Array) -> WornContact:
         kappa = np.divide(s, v, out=np.zeros(v.shape), where=v > 0)
         h_p = power_root(
             lambda depth: self.at_depths(depth, kappa * self.middle_slice(depth)).pin_volume,
@@ -162,6 +170,30 @@ class SphereOnTrack(OnTrack):
         )
         unworn = 0.0 if np.all(v > 0) else self.groove_depth_at(s, h_p)
         return self.at_depths(h_p, np.where(v > 0, kappa * self.middle_slice(h_p), unworn))
+
+    def _by_master_curve(self, v: Array, s: Array) -> WornContact | None:
+        """Return many contacts at once, or None where some are worn away.
+
+        In units of the radius R, a sphere has one curve for each ln(V_1/R³) and ln(κR), and each flat on it.
+        """
+        r, f, v, s = np.broadcast_arrays(_floats(self.radius), _floats(self.flat_radius), v, s)
+        both = (v > 0) & (s > 0)
+        places = np.stack([np.log(v[both] / r[both] ** 3), np.log(s[both] * r[both] / v[both]), f[both] / r[both]])
+        found = at_many(_unit_shape, places) if places.size else None
+        if found is None:
+            return None
+        some = replace(self, radius=r[both], flat_radius=f[both])
+        kappa, pin_depth = s[both] / v[both], r[both] * np.exp(found[0])
+        groove = kappa * some.middle_slice(pin_depth)
+        a, b = some.half_width_at(pin_depth + groove), some.half_width_at(pin_depth)
+        revolved, area, slope = found[1] * a**2 * groove, found[2] * a * b, found[3] * a
+        shape = pin_depth, groove, a, b, v[both], s[both], revolved, area, slope, 2 * b * slope
+        rest = replace(self, radius=r[~both], flat_radius=f[~both])._solved(v[~both], s[~both])  # noqa: SLF001 - its own
+        whole = {}
+        for field, column in zip(fields(WornContact), shape, strict=True):
+            whole[field.name] = np.empty(v.shape)
+            whole[field.name][both], whole[field.name][~both] = column, getattr(rest, field.name)
+        return WornContact(**whole)
 
     def _about(self, pin_volume: Array, groove_area: Array) -> Array:
         """Return about how deep, m, a pin is worn: a cap beyond the flat that the groove alone would be wide.
@@ -340,6 +372,25 @@ class _Slices:
         worn = np.broadcast_to(self.groove_depth > 0, level.shape)
         cube = np.divide(0.75 * self.middle * level, self.groove_depth, out=np.full_like(level, np.inf), where=worn)
         return np.maximum(np.minimum(np.sqrt(level), np.cbrt(cube)), ground)
+
+
+def _unit_shape(places: Array) -> Array:
+    """Return the shape of a sphere of radius 1 at ln V_1, ln κ and the radius of its flat, in numbers of about one.
+
+    They are ln h_p and, in units of a²·h_d, a·b and a, the revolved groove, the area and how fast the groove deepens;
+    no number where the sphere is worn away.
+    """
+    log_volume, log_kappa, flat = places
+    tip, volume = SphereOnTrack(1.0, flat), np.exp(log_volume)
+    worn = tip._solved(volume, np.exp(log_kappa) * volume)  # noqa: SLF001 - of this module
+    a, b = worn.half_width, worn.half_length
+    found = [
+        np.log(worn.pin_depth),
+        worn.groove_revolved / (a**2 * worn.groove_depth),
+        worn.area / (a * b),
+        worn.groove_slope / a,
+    ]
+    return np.where(worn.approach < tip.most, np.stack(found), np.nan)
 
 
 def _deepening(middle: Array, groove_depth: Array, half_chord: Array, share: Array) -> Array:
