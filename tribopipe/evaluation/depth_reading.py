@@ -15,7 +15,8 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, groove_alone
+from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.physics.conventions import WearEngine
@@ -39,6 +40,8 @@ _MOST_SPIKES = 0.02
 """Share of the samples above which they are no spikes."""
 _HARDLY = 0.01
 """Share of the pin's wear depth by which a disc may wear and still count as one that does not."""
+_LEAST_DEPTH, _LEAST_SHARE = 1e-9, 0.1
+"""Wear depth of a pin, m, and share of what a sensor reads, that it counts as worn by at least to begin with."""
 _SAME_PLACE = 0.01
 """Share of the distance within which a step belongs to a remounting."""
 Course = Callable[[float, Column], Column]
@@ -188,6 +191,8 @@ def pin_reading(
 ) -> DepthReading:
     """Return the depth reading of a pin and its disc.
 
+    Where the disc alone was measured, the sensor shows the wear of the pin next to the groove: H is that of the pin.
+
     Parameters
     ----------
     run
@@ -205,24 +210,88 @@ def pin_reading(
     free
         Columns of what else is free, shape (blocks, n).
     """
-    ratio = _depth_ratio(run, end)
+    groove = _Groove.of(run, end, recipe)
+    alone = groove is not None and end is None
 
-    def course(end_depth: float, distance: Column) -> Column:
+    def of_pin(end_depth: float, distance: Column) -> Column:
         worn = share(distance)
         depth = pin.worn(pin.volume(end_depth) * worn).depth
-        return np.asarray(depth * depth_growth(worn, ratio) if ratio else depth)
+        return np.asarray(depth if groove is None else groove.deepened(depth, worn, end_depth))
+
+    def of_both(end_depth: float, distance: Column) -> Column:
+        depth = of_pin(end_depth, distance)
+        return depth if groove is None else depth + groove.measured.value * groove.share(depth, end_depth)
 
     most = (
         float(np.min(pin.worn(pin.most_volume * (1 - 1e-9)).depth)) if np.all(np.isfinite(pin.most_volume)) else np.inf
     )
     return samples.reading(
-        course,
+        of_both if alone else of_pin,
         tuple(_measured_depths(run, end, recipe, pin, share)),
         drift_deviation=None if end is not None else recipe.drift.prior.value,
-        known=tuple(_track(samples, end, course)),
+        known=() if groove is None else groove.terms(samples, of_pin, in_course=alone),
+        guess=groove.pin_by(samples) if groove is not None and alone else None,
         free=free,
         most=most,
     )
+
+
+@dataclass(frozen=True)
+class _Groove:
+    """A groove that was measured, and the pin that is worn in it."""
+
+    tip: PinTip
+    measured: Quantity
+    """m."""
+    pin_depth: float | None
+    """Wear depth of the pin as measured, m; None if it was not."""
+
+    @classmethod
+    def of(cls, run: RawRun, end: EndWear | None, recipe: Recipe) -> "_Groove | None":
+        used = groove_alone(run, recipe.uncertainty) if end is None else end.disc
+        tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
+        return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)
+
+    def ratio(self, end_depth: float) -> float:
+        """Return its depth over that of the pin where that shapes the scar, and 0 where it does not."""
+        depth = end_depth if self.pin_depth is None else self.pin_depth
+        return max(self.measured.value, 0.0) / depth if self.tip.widens and depth > 0 else 0.0
+
+    def deepened(self, depth: Column, worn: Column, end_depth: float) -> Column:
+        """Return the depth of the pin, m, which was deeper on its way than on a plane, while the groove was shallow."""
+        ratio = self.ratio(end_depth)
+        return depth * depth_growth(worn, ratio) if ratio else depth
+
+    def share(self, pin: Column, end_depth: float) -> Column:
+        """Return what share of the groove is worn where the pin is worn to some depths, m.
+
+        By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of
+        the path and by the ratio of coefficients.
+        """
+        contact = self.tip.on_track(self.tip.radius)
+        return np.asarray(contact.middle_slice(pin) / contact.middle_slice(end_depth))
+
+    def pin_by(self, samples: DepthSamples) -> float:
+        """Return a first estimate of the depth of the pin, m: as measured, or what the reading shows more."""
+        if self.pin_depth is not None:
+            return max(self.pin_depth, _LEAST_DEPTH)
+        read = float(np.ptp(samples.blocks.mean(samples.depth)))
+        return max(read - self.measured.value, _LEAST_SHARE * read)
+
+    def terms(self, samples: DepthSamples, of_pin: Course, *, in_course: bool) -> tuple[KnownTerm, KnownTerm]:
+        """Return what the groove is worn by each block: as measured, and by another course.
+
+        By first-order propagation, another exponent adds the logarithm of the share. Where the groove is in the course
+        of the wear already, its terms are what its measurement is off by.
+        """
+        depth = self.pin_by(samples)
+        share = self.share(of_pin(depth, samples.nodes.distance), depth)
+        bent = share * np.log(np.maximum(share, 1e-9))
+        spread = self.measured.standard_uncertainty or 0.0
+        return (
+            KnownTerm(samples.nodes.averaged(share), 0.0 if in_course else self.measured.value, spread),
+            KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(self.measured.value)),
+        )
 
 
 def _measured_depths(
@@ -246,31 +315,6 @@ def _depths(end: EndWear) -> Column:
     measured = end.pin.quantity
     moved = measured.value + SCORES * (measured.standard_uncertainty or 0.0)
     return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
-
-
-def _track(samples: DepthSamples, end: EndWear | None, course: Course) -> list[KnownTerm]:
-    """Return what the disc has worn by each block, where it was measured: as measured, and by another course.
-
-    By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of the
-    path and by the ratio of coefficients. By first-order propagation, another exponent adds the logarithm of that.
-    """
-    if end is None or end.disc is None:
-        return []
-    disc, depth = end.disc.quantity, max(end.pin_depth.value, 1e-9)
-    contact = end.tip.on_track(end.tip.radius)
-    share = contact.middle_slice(course(depth, samples.nodes.distance)) / contact.middle_slice(depth)
-    bent = share * np.log(np.maximum(share, 1e-9))
-    return [
-        KnownTerm(samples.nodes.averaged(share), disc.value, disc.standard_uncertainty or 0.0),
-        KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(disc.value)),
-    ]
-
-
-def _depth_ratio(run: RawRun, end: EndWear | None) -> float:
-    """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
-    if end is None or end.disc is None or not run.manifest.sliding_pin.pin.widens or not end.pin_depth.value > 0:
-        return 0.0
-    return max(end.disc.quantity.value, 0.0) / end.pin_depth.value
 
 
 def disc_course(run: RawRun, recipe: Recipe, whole: float = 1.0) -> Course:

@@ -11,9 +11,9 @@ width a and the half length b. In units of a₀,
 
 β is half the length of a line contact in the groove, which shrinks as the groove widens; the scar stays as long as the
 first contact until wear makes it longer. At first, wear is that of Hertz's pressure: the middle of the pin recedes 1.5
-times as fast as under even pressure, which fixes 9/8 and 32/27. The other constants are from local wear of both bodies
-(``tribopipe.physics.local.track``). With that, all four agree within 2 % for κb from 0 to 300, from a wear depth of
-both bodies equal to the elastic approach a₀²/R on, and within 6 % from a third of it on
+times as fast as under uniform pressure, which fixes 9/8 and 32/27. The other constants are from local wear of both
+bodies (``tribopipe.physics.local.track``). With that, all four agree within 2 % for κb from 0 to 300, from a wear depth
+of both bodies equal to the elastic approach a₀²/R on, and within 6 % from a third of it on
 (benchmarks/contact_local_wear.py).
 """
 
@@ -144,4 +144,5 @@ class ElasticSphereOnTrack:
 
 def _slope(change: Array, step: Array, unworn: ArrayLike = 0.0) -> Array:
     """Return a ratio, and another value where there is no step."""
-    return np.divide(change, step, out=np.array(np.broadcast_to(unworn, step.shape), dtype=float), where=step > 0)
+    there = np.array(np.broadcast_to(unworn, step.shape), dtype=float)
+    return np.asarray(np.divide(change, step, out=there, where=step > 0))

@@ -83,10 +83,16 @@ def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None
     found = _Found.of(run, *measured_at(run, interruption), defaults)
     pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
     best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
-    disc = surest(found.disc, "depth")
-    if best is None or disc is None or disc.depth is None:
-        return best
-    return replace(best, disc=EndValueUsed(disc.name, disc.depth, disc.source))
+    return None if best is None else replace(best, disc=found.groove)
+
+
+def groove_alone(run: RawRun, defaults: DefaultUncertainty) -> EndValueUsed | None:
+    """Return the depth of the groove, m, at the end of a run whose pin was not measured; None where it was.
+
+    Raises ``FitError`` for profiles of which nothing can be taken.
+    """
+    found = _Found.of(run, *measured_at(run), defaults)
+    return None if found.pins else found.groove
 
 
 def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> float:
@@ -120,13 +126,17 @@ def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndV
     return f"interruptions[{interruption}]", run.manifest.interruptions[interruption]
 
 
-def pin_on_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> WornBodies:
+def pin_on_disc_wear(
+    run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None, *, pin_depth: Quantity | None = None
+) -> WornBodies:
     """Return depth and volume of both bodies by each post-test measurement, or by what was measured at an interruption.
+
+    ``pin_depth`` is that of a pin that was not measured, m, by other means.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run, interruption)
-    found = _Found.of(run, where, end, defaults)
+    found = _Found.of(run, where, end, defaults, pin_depth)
     pins = tuple(found.wear_of(pin) for pin in found.pins)
     return WornBodies({"pin": pins, "disc": found.disc}, tuple(disc_notes(run, end, found.disc)))
 
@@ -154,12 +164,21 @@ class _Found:
     """Depth of a groove that nobody measured, over that of the pin."""
 
     @classmethod
-    def of(cls, run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> "_Found":
+    def of(
+        cls,
+        run: RawRun,
+        where: str,
+        end: EndValues,
+        defaults: DefaultUncertainty,
+        pin_depth: Quantity | None = None,
+    ) -> "_Found":
         tip, path = (
             PinTip.of(run.manifest.sliding_pin.equivalent_pin),
             SlidingPath.of(run.manifest.conditions, defaults),
         )
         pins = tuple(pin_values(run, where, end, defaults))
+        if not pins and pin_depth is not None:
+            pins = (EndValueUsed("pin_wear_depth", pin_depth, "manifest"),)
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
         pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
@@ -171,6 +190,12 @@ class _Found:
         best = next((pin for pin in pins if pin.name == best.name), UNKNOWN_SHARE)
         pair = replace(found.pair, pin=best)
         return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)), unseen)
+
+    @property
+    def groove(self) -> EndValueUsed | None:
+        """The most certain depth of the disc, m."""
+        disc = surest(self.disc, "depth")
+        return None if disc is None or disc.depth is None else EndValueUsed(disc.name, disc.depth, disc.source)
 
     def with_best_track(self, readings: Iterable[EndValueUsed]) -> "_Found":
         """Return a copy with the track measurement that gives the smallest uncertainty of the depth."""

@@ -32,6 +32,7 @@ from tribopipe.evaluation.wear.problem import Tangent, WearProblem
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.depth_model.samples import DepthSamples
 from tribopipe.physics.laws import LawParameter
+from tribopipe.physics.pin_on_track import volume_growth
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import Basis
 
@@ -46,6 +47,10 @@ _MOST_PASSES = 8
 _NEARLY = 0.1
 """Change of a parameter of the law, in its standard uncertainty, after which it is found again."""
 _MOST_OF_THE_ROOM = 0.9
+_LEAST_DEPTH = 1e-12
+"""m."""
+_STEP = 1e-3
+"""Relative step of a depth in a difference quotient."""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -204,7 +209,18 @@ class DepthProblem(WearProblem):
     def _by_reading(self, values: Values, scores: Column) -> Column:
         stretched = _flat(values["depth_scale"]) / self.values["depth_scale"]
         drawn = self.posterior.end_depths(_probability(scores), np.ones(len(scores)), measured=False)
-        return np.asarray(stretched * drawn)
+        return self._stretched(drawn, stretched)
+
+    def _stretched(self, depth: Column | float, factor: Column) -> Column:
+        """Return H, m, were the scale of the sensor larger by a factor: a groove that was measured stays as it is."""
+        if not self._groove_alone:
+            return np.asarray(factor * depth)
+        return np.maximum(factor * (depth + self._groove_alone) - self._groove_alone, _LEAST_DEPTH)
+
+    @cached_property
+    def _groove_alone(self) -> float:
+        """Depth of a groove that was measured where the pin was not, m."""
+        return 0.0 if self.measured_after else self.values.get("disc_end_value", 0.0)
 
     def _by_measurement(self, values: Values) -> Column:
         """Return the depth that the measurement means, m; none below zero."""
@@ -214,8 +230,19 @@ class DepthProblem(WearProblem):
 
     def _coefficients(self, depth: Column, values: Values) -> Column:
         """Return k_D, m²/N, for depths at the end, m, and as many values of the inputs."""
-        volume = self.pin(values).volume(depth[:, None])
+        volume = self._volume(depth[:, None], values)
         return np.asarray((volume / self.unit_volume(values, np.asarray([self.trace.slid])))[:, 0])
+
+    def _volume(self, depth: Numbers, values: Values) -> Column:
+        """Return the volume that a pin has lost at a depth, m, on a disc that does not wear, m³.
+
+        In a groove, a pin whose depth only the sensor shows has lost the more at that depth the less deep it is.
+        """
+        volume = self.pin(values).volume(depth)
+        if not self._groove_alone or not self.contact.pin.widens:
+            return volume
+        ratio = np.maximum(values["disc_end_value"], 0.0) / depth
+        return np.asarray(volume * volume_growth(ratio) / self._groove_growth(values))
 
     def coefficient(self) -> float:
         """Return k_D, m²/N, at the best estimates."""
@@ -348,23 +375,26 @@ class DepthProblem(WearProblem):
         """Return ln k_D at the depth that the inputs move H to."""
         found, deviation = self._together
         stretched = np.asarray(values["depth_scale"] / self.values["depth_scale"])
-        depth = stretched * found
+        depth = self._stretched(found, stretched)
         if self.basis == "measurement":
             depth = np.maximum(self.end_depth(values), _LEAST_SHARE * self._measured_spread)
         elif self.basis == "reading and measurement":
             measured = self.end.pin_depth_of(self.end.pin.quantity.value, values["pin_radius"])
             taken = min(1.0, (deviation / self._measured_spread) ** 2)
             depth = stretched * (found + taken * (measured / stretched - self.end.pin_depth.value))
-        volume = self.pin(values).volume(depth)
+        volume = self._volume(depth, values)
         unit = self.unit_volume(values, np.asarray([self.trace.slid]))
         return np.asarray(np.log(volume / (unit[..., 0] if np.ndim(volume) == 0 else unit)))
 
     @cached_property
     def _per_depth(self) -> float:
         """∂ln k_D/∂H, 1/m."""
-        pin = self.pin(self.values)
-        volume = float(np.asarray(pin.volume(self._together[0])))
-        return float(np.asarray(pin.worn(volume).area)) / volume
+        if not self._groove_alone:
+            pin = self.pin(self.values)
+            volume = float(np.asarray(pin.volume(self._together[0])))
+            return float(np.asarray(pin.worn(volume).area)) / volume
+        low, high = (float(np.log(self._volume(self._together[0] * by, self.values))) for by in (1 - _STEP, 1 + _STEP))
+        return (high - low) / (2 * _STEP * self._together[0])
 
     def sensitivities(self, coefficient: float, names: Sequence[str]) -> dict[str, float]:  # noqa: ARG002
         """Return ∂ln k_D/∂x for inputs, by central differences over their standard uncertainties."""

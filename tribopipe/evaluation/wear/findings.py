@@ -211,12 +211,13 @@ def shape_is_rejected(posterior: DepthPosterior) -> bool:
 
 def _by_sensor_alone(problem: DepthProblem) -> Finding:
     drift = Quantity(value=problem.recipe.drift.prior.value, unit="m").shown("nm")
+    source = "depth sensor alone" if problem.end.disc is None else "depth signal minus the wear depth of the disc"
     return Finding(
         severity="warning",
         code="no_post_test_measurement",
         where="end_values",
         message=(
-            "found no post-test measurement of the pin; k_D is from the depth sensor alone, with an assumed drift of "
+            f"found no post-test measurement of the pin; k_D is from the {source}, with an assumed drift of "
             f"0 ± {drift} over the test"
         ),
         remedy="measure the scar and state it as end_values.pin_scar_diameter",

@@ -19,10 +19,12 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, correlation, measurement_fit, volume_fit
 from tribopipe.evaluation.wear.prediction import fitted_curves
+from tribopipe.evaluation.wear.problem import end_by_reading
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
@@ -112,7 +114,7 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     }
     by_curve = manifest.contact is None or manifest.contact.sensor_tells
     found: Answer | tuple[str, ...] = (curve_fit if by_curve else measurement_fit)(corrected, model, friction, recipe)
-    volumes = _by_volume(corrected.run, model, friction, recipe) if by_curve else None
+    volumes = _by_volume(corrected, model, friction, recipe) if by_curve else None
     if isinstance(found, tuple) and volumes is not None:
         found = volumes
     if isinstance(found, tuple):
@@ -131,12 +133,14 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
 
 
 def _by_volume(
-    run: RawRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
+    corrected: CorrectedRun, model: LawName, friction: FrictionFit | None, recipe: Recipe
 ) -> VolumeFit | tuple[str, ...] | None:
     """Return k_D by volumes, or what is missing; none without volumes or bodies, or where another engine is wanted."""
+    run = corrected.run
     if run.manifest.contact is None or recipe.wear.engine not in (None, "volume"):
         return None
-    return volume_fit(run, model, friction, recipe)
+    read = None if end_wear(run, recipe.uncertainty) else end_by_reading(corrected, recipe)
+    return volume_fit(run, model, friction, recipe, None if read is None else read.pin_depth)
 
 
 def _with_counterbody(fit: WearFit, volumes: VolumeFit) -> WearFit:

@@ -22,12 +22,11 @@ from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.depth_reading import engine_of, remountings, wears_beside
+from tribopipe.evaluation.depth_reading import engine_of, remountings, sensor_scale
 from tribopipe.evaluation.drift import SensorTrace, read_trace
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
-from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
     contact_inputs,
@@ -46,7 +45,7 @@ from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, best_values
-from tribopipe.results.run import CorrectedRun, RawRun
+from tribopipe.results.run import CorrectedRun
 from tribopipe.results.wear_fit import NO_FRICTION
 
 _MOST_ITERATIONS = 60
@@ -64,6 +63,8 @@ _SMOOTH_TERMS = 8
 """Powers of √s that, together with drift, take the wear out of a reading so that its noise is left."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
+_CERTAIN = 3.0
+"""Standard uncertainties from which on wear of a pin that was not measured is distinguished from none."""
 
 
 @dataclass(frozen=True)
@@ -417,13 +418,13 @@ def wear_problem(
     if corrected.wear_depth is None:
         return corrected.correction.missing
     measured = end_wear(run, recipe.uncertainty)
-    end = measured or _end_by_reading(corrected)
+    end = measured or end_by_reading(corrected, recipe)
     if end is None:
         return corrected.correction.missing
-    if measured is None and _disc_wears(run, recipe, end.pin_depth.value):
+    if measured is None and end.disc is not None and not _shows(end.pin_depth):
         return (
-            "a post-test measurement of the pin, since the disc has also worn and the depth signal includes the wear "
-            "of both",
+            "a post-test measurement of the pin, since the depth signal without the wear depth of the disc gives a "
+            f"wear depth of the pin of only {end.pin_depth.shown('um')}",
         )
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
@@ -449,21 +450,25 @@ def wear_problem(
     )
 
 
-def _disc_wears(run: RawRun, recipe: Recipe, depth: float) -> bool:
-    found = surest(pin_on_disc_wear(run, recipe.uncertainty).bodies["disc"], "depth")
-    return found is not None and found.depth is not None and wears_beside(found.depth, depth)
+def _shows(depth: Quantity) -> bool:
+    """Return whether a depth is wear for certain: that of an unworn pin is below this in 999 of 1000 runs."""
+    return depth.value > _CERTAIN * (depth.standard_uncertainty or 0.0)
 
 
-def _end_by_reading(corrected: CorrectedRun) -> EndWear | None:
-    """Return the wear at the end as the depth reading itself has it, where nothing was measured after the test."""
+def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
+    """Return the wear at the end as the depth reading itself has it, where the pin was not measured after the test."""
     model = corrected.correction.model
     if model is None:
         return None
     tip = PinTip.of(corrected.run.manifest.sliding_pin.equivalent_pin)
+    groove, scale = groove_alone(corrected.run, recipe.uncertainty), sensor_scale(corrected.run, recipe)
+    # The groove is taken from what the sensor has read, so that an error of its scale is one of the sum.
+    both = model.end_depth.value + (groove.quantity.value if groove else 0.0)
+    by_scale = both * (scale.standard_uncertainty or 0.0) / scale.value if groove else 0.0
+    spread = math.hypot(model.end_depth.standard_uncertainty or 0.0, by_scale)
     # What is worn is above zero; a reading that tells none still bounds it.
-    depth = max(model.end_depth.value, model.end_depth.standard_uncertainty or 0.0)
-    read = Quantity(value=depth, unit="m", standard_uncertainty=model.end_depth.standard_uncertainty)
-    return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), None, tip)
+    read = Quantity(value=max(model.end_depth.value, spread), unit="m", standard_uncertainty=spread)
+    return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), groove, tip)
 
 
 def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:

@@ -115,6 +115,8 @@ class DepthReading:
     """K, at each block."""
     most: float = np.inf
     """Depth, m, that the specimen holds."""
+    guess: float | None = None
+    """First estimate of H, m; None for what was measured, or else for all that the sensor reads."""
 
     @cached_property
     def weights(self) -> Column:
@@ -124,6 +126,8 @@ class DepthReading:
     @property
     def expected(self) -> float:
         """First estimate of H, m."""
+        if self.guess is not None:
+            return self.guess
         return self.measured[0].depth if self.measured else float(np.ptp(self.depth))
 
     @property

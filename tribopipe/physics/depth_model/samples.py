@@ -227,6 +227,7 @@ class DepthSamples:
         known: tuple[KnownTerm, ...] = (),
         free: Column | None = None,
         most: float = np.inf,
+        guess: float | None = None,
     ) -> DepthReading:
         """Return block averages of the reading with all that is known of it.
 
@@ -244,6 +245,8 @@ class DepthSamples:
             Columns of what else is free, shape (blocks, n).
         most
             Depth, m, that the specimen holds.
+        guess
+            First estimate of H, m; None for what was measured, or else for all that the sensor reads.
         """
         mean = self.blocks.mean
         return DepthReading(
@@ -258,6 +261,7 @@ class DepthSamples:
             free=free,
             temperature=None if self.temperature is None else mean(self.temperature),
             most=most,
+            guess=guess,
         )
 
 
