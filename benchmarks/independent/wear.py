@@ -151,30 +151,65 @@ class Outline(NamedTuple):
     width: float
 
 
+_SLICES = (np.arange(160) + 0.5) / 160
+
+
 def scar_outline(radius: float, kappa: float, ball_volume: float) -> Outline:
     """Return the scar of a sphere that has lost a volume, m³, on a track that it wears by κ times its slices' areas.
 
-    Each slice at x, a circle of the radius ρ, ρ² = R² − x², wears to a level w below the ball's lowest point with
-    w + κ·A(w) = D, both by bisection, and D follows from the volume.
+    The approach D of both follows from the volume.
     """
-    most = 0.5 * radius
-    share = (np.arange(160) + 0.5) / 160
 
-    def slices(approach: float) -> tuple[float, float]:
-        width = np.sqrt(approach * (2 * radius - approach))
-        x = share * width
-        rho, lowest = np.sqrt(radius**2 - x**2), radius - np.sqrt(radius**2 - x**2)
-        low, high = lowest.copy(), np.full_like(x, approach)
-        for _ in range(50):
-            level = (low + high) / 2
-            over = level + kappa * _segment(rho, level - lowest) > approach
-            low, high = np.where(over, low, level), np.where(over, level, high)
-        area = _segment(rho, level - lowest)
-        middle = brentq(lambda w: w + kappa * float(_segment(radius, w)) - approach, 0.0, approach)
-        return float(2 * np.sum(area) * width / len(x)), float(np.sqrt(middle * (2 * radius - middle)))
+    def lost(approach: float) -> float:
+        return _lost(radius, kappa, approach)
 
-    approach = float(brentq(lambda d: slices(d)[0] - ball_volume, 1e-9, most, xtol=1e-13))
-    return Outline(slices(approach)[1], float(np.sqrt(approach * (2 * radius - approach))))
+    approach = float(brentq(lambda d: lost(d) - ball_volume, 1e-9, 0.5 * radius, xtol=1e-13))
+    middle = _level(radius, kappa, approach)
+    return Outline(*(float(np.sqrt(depth * (2 * radius - depth))) for depth in (middle, approach)))
+
+
+class WornPair(NamedTuple):
+    """Wear depths of a ball and of the groove under it, m."""
+
+    ball: Column
+    groove: Column
+
+
+def worn_pair(radius: float, ball: Column, section: Column) -> WornPair:
+    """Return both depths where a ball has lost volumes, m³, and its groove has these cross-sections, m², in proportion.
+
+    A ball that loses nothing leaves a segment of its own circle.
+    """
+    depths = radius * np.geomspace(1e-8, 0.3, 160)
+    if not ball[-1]:
+        return WornPair(np.zeros_like(ball), np.interp(section, _segment(radius, depths), depths))
+    kappa = section[-1] / ball[-1]
+    volumes = np.array([_lost(radius, kappa, depth) for depth in depths.tolist()])
+    both = np.exp(np.interp(np.log(np.maximum(ball, 1e-40)), np.log(volumes), np.log(depths)))
+    of_ball = np.array([_level(radius, kappa, depth) for depth in both.tolist()])
+    return WornPair(np.where(ball > 0, of_ball, 0.0), np.where(ball > 0, both - of_ball, 0.0))
+
+
+def _level(radius: float, kappa: float, approach: float) -> float:
+    """Return how deep a ball is worn in its middle slice."""
+    return float(brentq(lambda w: w + kappa * float(_segment(radius, w)) - approach, 0.0, approach))
+
+
+def _lost(radius: float, kappa: float, approach: float) -> float:
+    """Return the volume that a ball has lost, m³.
+
+    Each slice at x, a circle of the radius ρ, ρ² = R² − x², wears to a level w below the ball's lowest point with
+    w + κ·A(w) = D, by bisection.
+    """
+    width = np.sqrt(approach * (2 * radius - approach))
+    x = _SLICES * width
+    rho, lowest = np.sqrt(radius**2 - x**2), radius - np.sqrt(radius**2 - x**2)
+    low, high = lowest.copy(), np.full_like(x, approach)
+    for _ in range(50):
+        level = (low + high) / 2
+        over = level + kappa * _segment(rho, level - lowest) > approach
+        low, high = np.where(over, low, level), np.where(over, level, high)
+    return float(2 * np.sum(_segment(rho, level - lowest)) * width / len(x))
 
 
 def _segment(radius: Column | float, height: Column | float) -> Column:

@@ -1,0 +1,196 @@
+"""k_D of a ball and of its disc from a depth signal and the groove alone: how often intervals hold, and how wide.
+
+    python benchmarks/groove_and_depth_signal.py --labs 200 --write docs/results/groove_and_depth_signal.md
+
+Nobody looks at the ball. The sensor shows the wear of both with noise, drift and, in half of the laboratories, thermal
+settling; its scale, the load, the radii and the depth of the groove are off within what run.toml states. The wear of
+both is integrated slice by slice, without a line of tribopipe.
+
+The ideal estimator knows the laws of all that and the variances, but no value: its standard uncertainty is that of
+generalized least squares at the truth. It knows of no settling.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from independent.wear import worn_pair
+from labs import Report, arguments, in_parallel, share
+from numpy.random import Generator
+
+from tribopipe.base.arrays import Column
+from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.signals import SignalName
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.results.run import RawRun
+
+LOAD, RADIUS, TRACK, SLID, SPEED = 5.0, 3e-3, 6e-3, 1000.0, 0.4
+SHAPE = (2 / 3 - 3 * np.pi / 16) / (2 / 3 + 3 * np.pi / 16) / np.sqrt(3)
+"""Relative standard uncertainty of the section of a real groove: between those of rigid bodies at the extremes."""
+RELATIVE = {"load": 0.01, "radius": 0.001, "track": 0.005, "scale": 0.005, "shape": SHAPE}
+NOISE, DRIFT, SETTLING = 30e-9, 250e-9, 200e-9
+"""Standard deviations, m: of a sample, of the drift over the test, and of what settles in a tenth of it."""
+GROOVE = 0.02
+"""Relative standard uncertainty of the depth of the groove."""
+SAMPLES, BLOCKS = 1000, 40
+PAIRS = {
+    "both": (2e-14, 4e-13),
+    "mostly the ball": (5e-14, 5e-14),
+    "mostly the disc": (2e-15, 1e-12),
+    "the disc alone": (0.0, 1e-12),
+}
+"""Usual k_D of ball and disc, m²/N."""
+_SPREAD = np.log(2.0)
+"""Coefficients are between half and twice the usual ones."""
+_STEP = 1e-4
+FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+
+
+class Truth(NamedTuple):
+    """What is true in a laboratory: coefficients, and the factors by which its inputs are off."""
+
+    ball: float
+    disc: float
+    load: float = 1.0
+    radius: float = 1.0
+    track: float = 1.0
+    scale: float = 1.0
+    shape: float = 1.0
+
+    def readings(self, places: Column) -> Column:
+        """Return what the sensor shows at sliding distances, without noise and drift, and the groove at the end, m."""
+        work = LOAD * self.load * np.append(places, SLID)
+        section = self.disc * work / (2 * np.pi * TRACK * self.track) / self.shape
+        worn = worn_pair(RADIUS * self.radius, self.ball * work, section)
+        return np.append(self.scale * (worn.ball + worn.groove)[:-1], worn.groove[-1])
+
+    def ideal(self) -> dict[str, float]:
+        """Return the relative standard uncertainty of both k_D by the ideal estimator."""
+        places = SLID * (np.arange(BLOCKS) + 0.5) / BLOCKS
+        best = self.readings(places)
+        slopes = {name: self._slope(name, places) for name in self._fields}
+        covariance = np.diag(np.append(np.full(BLOCKS, NOISE**2 * BLOCKS / SAMPLES), (GROOVE * best[-1]) ** 2))
+        drift = np.append(DRIFT * places / SLID, 0.0)
+        covariance += np.outer(drift, drift)
+        for name, relative in RELATIVE.items():
+            covariance += relative**2 * np.outer(slopes[name], slopes[name])
+        offset = np.append(np.ones(BLOCKS), 0.0)
+        design = np.column_stack([slopes["ball"], slopes["disc"], offset])
+        found = np.linalg.inv(design.T @ np.linalg.solve(covariance, design))
+        return dict(zip(("pin", "disc"), np.sqrt(np.diag(found))[:2].tolist(), strict=True))
+
+    def _slope(self, name: str, places: Column) -> Column:
+        """Return how the readings change with the logarithm of a coefficient or factor, m."""
+        value = getattr(self, name)
+        low, high = (self._replace(**{name: value * near}).readings(places) for near in (1 - _STEP, 1 + _STEP))
+        return np.asarray((high - low) / (2 * _STEP))
+
+
+def true(pair: str, rng: Generator) -> Truth:
+    """Draw what is true."""
+    off = {name: 1 + relative * float(rng.standard_normal()) for name, relative in RELATIVE.items()}
+    ball, disc = (usual * float(np.exp(rng.uniform(-_SPREAD, _SPREAD))) for usual in PAIRS[pair])
+    return Truth(ball, disc, **off)
+
+
+def run_of(truth: Truth, rng: Generator, *, settles: bool) -> RawRun:
+    """Return the run as the laboratory writes it down."""
+    distance = np.linspace(0.0, SLID, SAMPLES)
+    *shown, groove = truth.readings(distance)
+    progress = distance / SLID
+    depth = np.array(shown) + NOISE * rng.standard_normal(SAMPLES) + DRIFT * rng.standard_normal() * progress
+    if settles:
+        depth += SETTLING * rng.standard_normal() * (1 - np.exp(-progress / 0.1))
+    body = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+    document = {
+        "schema": "tribopipe.run/1",
+        "id": "lab",
+        "signals": [{"file": "none.csv"}],
+        "contact": {
+            "kind": "pin-on-disc",
+            "pin": {"shape": "spherical", "radius": _stated(RADIUS, "m", "radius"), "material": "ball"} | body,
+            "disc": {"material": "steel"} | body,
+        },
+        "conditions": {
+            "normal_load": _stated(LOAD, "N", "load"),
+            "track_radius": _stated(TRACK, "m", "track"),
+            "sliding_speed": f"{SPEED} m/s",
+        },
+        "end_values": {
+            "disc_wear_depth": {
+                "value": groove * (1 + GROOVE * float(rng.standard_normal())),
+                "unit": "m",
+                "standard_uncertainty": GROOVE * groove,
+            }
+        },
+    }
+    columns: dict[SignalName, Column] = {"time": distance / SPEED, "sliding_distance": distance, "depth": depth}
+    manifest = RunManifest.model_validate(document)
+    return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
+
+
+def _stated(value: float, unit: str, name: str) -> dict[str, object]:
+    return {"value": value, "unit": unit, "standard_uncertainty": RELATIVE[name] * value}
+
+
+class Found(NamedTuple):
+    """What was found of one body; NaN where it has no k_D."""
+
+    pair: str
+    settles: bool
+    body: str
+    held: bool
+    ratio: float
+    relative: float
+    over_ideal: float
+
+
+def outcomes(seed: int) -> list[Found]:
+    """Test each pair in one laboratory."""
+    found, settles = [], bool(seed % 2)
+    for number, pair in enumerate(PAIRS):
+        rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
+        truth = true(pair, rng)
+        fit = fit_wear(run_of(truth, rng, settles=settles), "archard", recipe=FIRST_ORDER)
+        ideal = truth.ideal() if truth.ball else {}
+        for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
+            one = fit.bodies.get(body)
+            if one is None:
+                found.append(Found(pair, settles, body, False, np.nan, np.nan, np.nan))
+                continue
+            (low, high), k = one.interval, one.wear_coefficient
+            relative = (k.standard_uncertainty or 0.0) / k.value
+            held, ratio = low.value <= k_d <= high.value, k.value / k_d if k_d else np.nan
+            found.append(Found(pair, settles, body, held, ratio, relative, relative / ideal.get(body, np.nan)))
+    return found
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Count how often intervals hold."""
+    options = arguments(__doc__ or "", labs=200).parse_args(words)
+    report = Report("k_D of both bodies by depth signal and groove", options)
+    seeds = range(options.first_seed, options.first_seed + options.labs)
+    answers = [found for part in in_parallel(outcomes, seeds, options) for found in part]
+    rows = []
+    for pair, settles, body in dict.fromkeys((one.pair, one.settles, one.body) for one in answers):
+        of = [one for one in answers if (one.pair, one.settles, one.body) == (pair, settles, body)]
+        given = [one for one in of if np.isfinite(one.relative)]
+        counted = share(sum(one.held for one in given), len(given)) if given else ["", "", ""]
+        medians = [float(np.median([getattr(one, name) for one in given])) for name in ("relative", "over_ideal")]
+        bias = float(np.mean([one.ratio for one in given])) - 1 if given else np.nan
+        written = [f"{100 * bias:+.1f} %", f"{100 * medians[0]:.1f} %", f"{medians[1]:.2f}"] if given else [""] * 3
+        claimed = f"{len(given)} of {len(of)}"
+        rows.append([pair, "yes" if settles else "no", body, claimed, *counted, *written])
+    report.say(
+        "95 % intervals by first-order propagation, where a k_D is given; bias is the mean of k_D divided by the true "
+        "value, minus 1. The last column is the median of u divided by that of the ideal estimator."
+    )
+    report.table(
+        ["who wears", "settles", "body", "k_D given", "covered", "share", "95 %", "bias", "median u", "u / ideal"], rows
+    )
+    report.finish()
+
+
+if __name__ == "__main__":
+    main()
