@@ -29,7 +29,9 @@ from tribopipe.pipeline.stages import advance
 from tribopipe.views.archived_figures import RUN_CAPTIONS, run_is_drawn, save_run_figures
 from tribopipe.views.clean_up_figures import plot_clean_up
 from tribopipe.views.decimation import thinned
+from tribopipe.views.html.document import run_report
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
+from tribopipe.views.run_page import results_table
 from tribopipe.views.run_plots import WANDER_NAME, depth_panels
 
 
@@ -322,3 +324,18 @@ def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the
     slope = float(np.polyfit(time, drift.y, 1)[0])
     assert slope == pytest.approx(found.value, abs=0.5 * found.standard_uncertainty)
     assert np.ptp(drift.y - slope * time) < 0.2e-6
+
+
+def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_archive):
+    table = results_table(further_archive.outline("al2o3-reciprocating-5N"))
+    assert table.columns == ("quantity", "ball", "flat")
+    named = {row[0]: row[1:] for row in table.rows}
+    assert list(named) == [
+        *("wear volume", "wear depth", "specific wear rate"),
+        *("k_D (Archard's law)", "95 % CI", "k_D (Sarkar's law)"),
+    ]
+    assert all("mm³/(N·mm)" in cell for cell in named["k_D (Archard's law)"])
+    html = run_report(further_archive, ["al2o3-reciprocating-5N"])
+    summary = html[html.index('<section id="summary">') : html.index('<section class="run"')]
+    assert summary.count("<table") == 1
+    assert named["wear volume"][0] in summary

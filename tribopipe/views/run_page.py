@@ -6,7 +6,7 @@ from typing import Any
 from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import SPECIFIC_WEAR_RATE
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.preprocessing import CleanUp
@@ -257,6 +257,36 @@ def run_page(archive: Archive, run_id: str) -> RunPage:
         raw_sha256=run.raw_sha256,
         studies=tuple(archive.studies_of(run_id)),
     )
+
+
+def results_table(run: RunOutline) -> TextTable:
+    """Return wear and k_D of a run, a row for each quantity, a column for each body; without wear, it has no rows."""
+
+    def named(name: str) -> str:
+        return run.manifest.worded(spoken(name))
+
+    rows: list[tuple[str, dict[str, str | None]]] = []
+    for result in (step.result for step in run.steps.values()):
+        if isinstance(result, SpecificWear):
+            worn = {named(name): body for name, body in result.bodies.items()}
+            rows += [
+                ("wear volume", {name: shown(body.volume) for name, body in worn.items()}),
+                ("wear depth", {name: shown(body.depth) for name, body in worn.items()}),
+                (
+                    "specific wear rate",
+                    {name: shown(body.specific_wear_rate, SPECIFIC_WEAR_RATE) for name, body in worn.items()},
+                ),
+            ]
+        if isinstance(result, WearFit):
+            fitted, law = {named(name): body for name, body in result.bodies.items()}, law_title(result.model)
+            rows += [
+                (f"k_D ({law})", {n: shown(body.wear_coefficient, WEAR_COEFFICIENT) for n, body in fitted.items()}),
+                ("95 % CI", {name: interval(body.interval, WEAR_COEFFICIENT) for name, body in fitted.items()}),
+            ]
+    kept = [(quantity, values) for quantity, values in rows if any(values.values())]
+    names = list(dict.fromkeys(name for _, values in kept for name in values))
+    cells = ((quantity, *(values.get(name) or NOTHING for name in names)) for quantity, values in kept)
+    return TextTable("results", ("quantity", *names), tuple(cells))
 
 
 def _fit_findings(run: RunOutline) -> tuple[Finding, ...]:

@@ -25,8 +25,8 @@ from tribopipe.views.astm_g99 import ReportingItem, reporting_items
 from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import inline_svg, rendered
 from tribopipe.views.methods import PAPER, Evidence, methods_used, references_of
-from tribopipe.views.page import RunPage, StudyPage
-from tribopipe.views.run_page import run_page
+from tribopipe.views.page import RunPage, StudyPage, TextTable
+from tribopipe.views.run_page import results_table, run_page
 from tribopipe.views.study_page import study_page
 
 if TYPE_CHECKING:
@@ -198,6 +198,11 @@ class _RunCard:
     def facts(self) -> list[Merged]:
         """Content of run.toml, for a table of several runs."""
         return merged({self.page.id: _facts(self.page)})
+
+    @property
+    def results(self) -> TextTable:
+        """Wear and k_D of each body."""
+        return results_table(self.outline)
 
     @property
     def conditions(self) -> str:
