@@ -150,16 +150,16 @@ def test_disc_that_hardly_wears_has_none():
 
 def test_reading_of_pin_and_disc_is_not_taken_for_the_pin_alone():
     """A hard ball on a soft disc: the depth sensor reads the groove."""
-    fit = fit_wear(sample(disc_wear_depth=si(20e-6, "m", 2e-7)), recipe=FIRST_ORDER)
+    fit = fit_wear(sample(disc_wear_depth=si(15e-6, "m", 2e-7)), recipe=FIRST_ORDER)
     unworn = fit_wear(sample(disc_wear_depth=si(0.0, "m", 2e-8)), recipe=FIRST_ORDER)
-    assert coefficients(fit)["pin"] < 0.15 * coefficients(unworn)["pin"]
+    assert coefficients(fit)["pin"] < 0.4 * coefficients(unworn)["pin"]
     fit = fit_wear(sample(disc_wear_depth=si(24e-6, "m", 2e-7)), recipe=FIRST_ORDER)
     assert list(fit.bodies) == ["disc"]
     fit = fit_wear(sample(disc_wear_volume=si(0.12e-9, "m^3", 4e-12)), recipe=FIRST_ORDER)
     assert coefficients(fit)["disc"] == pytest.approx(0.12e-9 / (LOAD * SLID), rel=1e-3)
 
 
-def read_of_both(k_pin, k_disc, seed, path=2 * math.pi * 4e-3):
+def read_of_both(k_pin, k_disc, seed, drift=250e-9, path=2 * math.pi * 4e-3):
     """A run of which the sensor reads both bodies, with drift, noise and scale, and only the groove was measured."""
     rng = np.random.default_rng(seed)
     by = iter(1 + np.array([0.01, 0.01, 0.002, 0.005, 0.01]) * rng.standard_normal(5))
@@ -167,7 +167,7 @@ def read_of_both(k_pin, k_disc, seed, path=2 * math.pi * 4e-3):
     tip = SphereOnTrack(RADIUS * next(by))
     worn = tip.worn(k_pin * load * distance, k_disc * load * distance / (path * next(by)))
     read = next(by) * (worn.pin_depth + worn.groove_depth)
-    read = read + 250e-9 * rng.standard_normal() * distance / SLID + 30e-9 * rng.standard_normal(distance.size)
+    read = read + drift * rng.standard_normal() * distance / SLID + 30e-9 * rng.standard_normal(distance.size)
     groove = float(worn.groove_depth[-1])
     conditions = {"normal_load": si(LOAD, "N", 0.01 * LOAD), "track_radius": si(4e-3, "m", 4e-5)}
     run = run_of(described(conditions=conditions, disc_wear_depth=si(groove * next(by), "m", 0.01 * groove)))
@@ -175,7 +175,7 @@ def read_of_both(k_pin, k_disc, seed, path=2 * math.pi * 4e-3):
     return replace(run, columns=columns, origins=dict.fromkeys(columns, "measured"))
 
 
-@pytest.mark.parametrize("ratio", [10, 300])
+@pytest.mark.parametrize("ratio", [10, 200])
 def test_reading_and_groove_give_k_d_of_both(ratio):
     k_pin = 1.35e-14
     fit = fit_wear(read_of_both(k_pin, ratio * k_pin, seed=ratio), recipe=FIRST_ORDER)
@@ -187,8 +187,10 @@ def test_reading_and_groove_give_k_d_of_both(ratio):
     assert "from the depth signal minus the wear depth of the disc" in warned.message
 
 
-def test_a_ball_that_does_not_wear_gets_no_k_d_by_reading_and_groove():
-    fit = fit_wear(read_of_both(0.0, 1.35e-12, seed=1), recipe=FIRST_ORDER)
+@pytest.mark.parametrize(("seed", "drift"), [(1, 250e-9), (6, 2e-6)])
+def test_a_ball_that_does_not_wear_gets_no_k_d_by_reading_and_groove(seed, drift):
+    """Not even where the sensor drifts more than anybody expects."""
+    fit = fit_wear(read_of_both(0.0, 1.35e-12, seed, drift), recipe=FIRST_ORDER)
     assert list(fit.bodies) == ["disc"]
     found = fit.k_d
     assert found.standard_uncertainty < 0.08 * found.value

@@ -65,6 +65,8 @@ _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
 _CERTAIN = 3.0
 """Standard uncertainties from which on wear of a pin that was not measured is distinguished from none."""
+_LEAST_PART = 0.2
+"""Its part in what the sensor shows from which on a drift beyond all expectation would be noticed elsewhere, too."""
 
 
 @dataclass(frozen=True)
@@ -421,10 +423,10 @@ def wear_problem(
     end = measured or end_by_reading(corrected, recipe)
     if end is None:
         return corrected.correction.missing
-    if measured is None and end.disc is not None and not _shows(end.pin_depth):
+    if measured is None and end.disc is not None and not _shows(end.pin_depth, end.disc.quantity):
         return (
-            "a post-test measurement of the pin, since the depth signal without the wear depth of the disc gives a "
-            f"wear depth of the pin of only {end.pin_depth.shown('um')}",
+            "a post-test measurement of the pin, since the depth signal minus the wear depth of the disc, "
+            f"{end.disc.quantity.shown('um')}, leaves only {end.pin_depth.shown('um')}",
         )
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:
@@ -450,9 +452,10 @@ def wear_problem(
     )
 
 
-def _shows(depth: Quantity) -> bool:
-    """Return whether a depth is wear for certain: that of an unworn pin is below this in 999 of 1000 runs."""
-    return depth.value > _CERTAIN * (depth.standard_uncertainty or 0.0)
+def _shows(pin: Quantity, groove: Quantity) -> bool:
+    """Return whether what a reading shows in addition to a groove is wear of the pin, and not drift or an error."""
+    certain = pin.value > _CERTAIN * (pin.standard_uncertainty or 0.0)
+    return certain and pin.value > _LEAST_PART * (pin.value + groove.value)
 
 
 def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
