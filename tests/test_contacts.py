@@ -200,7 +200,7 @@ def test_keys_of_the_bodies_are_checked_like_those_of_own_kinds():
     with pytest.raises(ManifestError, match=r"^run\.toml: contact\.drumm: unknown key; did you mean 'drum'\?"):
         read(document)
     document["contact"] = {**drum()["contact"], "pin": {**MANIFEST["contact"]["pin"], "shape": "flat"}}
-    with pytest.raises(ManifestError, match="found a flat pin, which does not touch a drum in a point"):
+    with pytest.raises(ManifestError, match="found a flat pin, which does not make point contact"):
         read(document)
 
 

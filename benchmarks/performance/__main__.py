@@ -45,18 +45,19 @@ CASES = {
 """Module of each case."""
 _WHAT = """\
 Each case compares tribopipe with the usual alternative, or with a lower bound on the time. The two are timed
-alternately, many times, in one process. Times are medians, with the minimum and the maximum in brackets. A ratio is the
-time of tribopipe divided by that of the alternative, unless it is given as "times as fast". Cases without disk access
-(b to e, and i) are compared by processor time, case (i) in two processes that run alternately. If the alternative would
-take hours, part of its work is timed and the time is scaled, as stated in the table. The docstrings of the modules in
+alternately, many times, in one process. Times are medians, with the minimum and the maximum in parentheses. A ratio is
+the time of tribopipe divided by that of the alternative, unless it is given as "times as fast". Cases without disk
+access (b to e, and i) are compared by CPU time. Case (i) compares the current version with an earlier one, which is
+given with `--earlier`; the two versions run alternately in separate processes. If the alternative would take hours,
+part of its work is timed and the time is scaled, as stated in the table. The docstrings of the modules in
 `benchmarks/performance` describe the cases. `--only b,c` runs selected cases, and `--small` runs all of them at a small
-size, without limits. Linear algebra uses one thread, as in the tribopipe command."""
+size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
-Median times for sizes over three decades; the sizes are also timed alternately. The exponent n of time ∝ sizeⁿ is a
-least-squares fit to the logarithms."""
+The table lists median times for sizes over three decades; the sizes are also timed alternately. The exponent n of
+time ∝ sizeⁿ is a least-squares fit to the logarithms."""
 _MEMORY = """\
-Peak memory of a separate process that runs the case, and the increase since the start of the case. For commands, it is
-the peak memory of the command, or of the largest of its processes."""
+The table lists the peak memory of a separate process that runs the case, and the increase since the start of the case.
+For commands, it lists the peak memory of the command, or of the largest of its processes."""
 _REPEATS, _SMALL_REPEATS = 15, 3
 _LIBRARIES = ("scipy", "pandas", "h5py", "numba")
 

@@ -1,4 +1,4 @@
-"""A wear law with a delay: wear begins slowly, such as under a film that wears through."""
+"""A wear law with a delay: wear begins slowly, for example under a film that wears through."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,14 +13,14 @@ from tribopipe.physics.laws import LawParameter, WearLaw
 
 @dataclass(frozen=True)
 class Delayed(WearLaw):
-    """The wear rate rises from 0 to that of k_D."""
+    """The wear rate rises from 0 to its steady value."""
 
     name = "delayed"
     title = "delayed wear"
     rate = "k_D·p·(1 − exp(−s/l))"
     citation = "an example, from no publication"
 
-    length: Annotated[Numbers, LawParameter("l: distance of the delay", "distance", low=1e-2, high=1e5)] = 10.0
+    length: Annotated[Numbers, LawParameter("l: length of the delay", "distance", low=1e-2, high=1e5)] = 10.0
 
     def rate_factor(self, distance: ArrayLike, friction: FrictionPath | None) -> Column:
         """Return 1 − exp(−s/l)."""

@@ -20,7 +20,7 @@ from tribopipe.documents.contact import Pin, SlidingPin, Specimen
 from tribopipe.documents.quantity import Length, Quantity
 
 LARGEST_RATIO = 0.5
-"""R/R_d up to which these differences are small."""
+"""Largest R/R_d for which these differences are small."""
 
 
 class Drum(Specimen):
@@ -49,8 +49,8 @@ class PinOnDrum(SlidingPin):
     def _the_pin_is_a_sphere(self) -> Self:
         if self.pin.shape != "spherical":
             raise ValueError(
-                f"pin.shape: found a {self.pin.shape} pin, which does not touch a drum in a point; expected a "
-                "spherical one; correct pin.shape"
+                f"pin.shape: found a {self.pin.shape} pin, which does not make point contact with the "
+                "drum; expected a spherical pin; correct pin.shape"
             )
         return self
 
@@ -72,7 +72,7 @@ class PinOnDrum(SlidingPin):
 
     @property
     def alike(self) -> dict[str, object]:
-        """What runs must have in common for one k_D."""
+        """Quantities that must be equal in runs that share one k_D."""
         return super().alike | {"drum radius in m": self.drum.radius.value}
 
     @property

@@ -1,4 +1,4 @@
-"""A check of the room temperature, since steel and the depth sensor expand with it."""
+"""A check of the room temperature, because the machine and the depth sensor expand with it."""
 
 from collections.abc import Iterator
 
@@ -8,7 +8,7 @@ from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.results.run import RawRun
 
 MAX_CHANGE = 5.0
-"""Largest change of temperature without a warning, K."""
+"""Largest change in temperature without a warning, K."""
 
 
 @check("warning")
