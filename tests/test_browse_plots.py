@@ -378,8 +378,8 @@ def test_two_discs_have_volumes_contact_and_marks(disc_archive):
     assert labels == [
         "wear depth of both discs / µm",
         "mean pressure p / GPa",
-        "half width a_x / µm",
-        "half length a_z / µm",
+        "half-width a_x / µm",
+        "half-length a_z / µm",
     ]
 
 

@@ -193,7 +193,7 @@ def test_distance_follows_the_time_made_continuous(sample_run):
     np.testing.assert_allclose(cleaned.sliding_distance, truth.sliding_distance, atol=1e-6)
     findings = {finding.code: finding for finding in check_run(raw)}
     assert findings["signals_preprocessed"].severity == "note"
-    assert "joined at its one restart" in findings["signals_preprocessed"].message
+    assert "joined at the only restart" in findings["signals_preprocessed"].message
     assert not [finding for finding in findings.values() if finding.severity == "error"]
 
 
@@ -635,7 +635,7 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     done = run_cli("process", folder, "--archive", "archive", "--recipe", recipe, "--no-figures", cwd=tmp_path)
     assert done.exit_code == 0, done.output
     (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: preprocessing: ")]
-    assert "time: joined at its one restart" in line
+    assert "time: joined at the only restart" in line
     assert "normal_force: sign reversed" in line
     shown = run_cli("show", truth.id, "-v", cwd=tmp_path)
     assert "normal_force: sign reversed" in shown.output

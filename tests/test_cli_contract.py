@@ -370,7 +370,7 @@ def test_second_process_does_nothing_and_says_so(run_cli, sample_run, archive):
     before = tree_bytes(archive)
     second = run_cli("process", sample_run, "--archive", archive, "--no-figures")
     assert second.exit_code == 0
-    assert "Nothing to do: all 9 steps are unchanged; --force redoes them." in second.stderr
+    assert "Nothing to do: all 9 steps are unchanged; --force repeats them." in second.stderr
     assert tree_bytes(archive) == before
 
 

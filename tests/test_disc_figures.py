@@ -208,8 +208,8 @@ def test_contact_figure_has_the_four_panels_of_figure_9(run):
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
         "mean pressure p / GPa",
-        "half width $a_x$ / µm",
-        "half length $a_z$ / µm",
+        "half-width $a_x$ / µm",
+        "half-length $a_z$ / µm",
     ]
     assert [ax.texts[0].get_text() for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)"]
     assert {ax.get_xlabel() for ax in figure.axes[2:]} == {"rotations of the crowned disc / $10^{6}$"}

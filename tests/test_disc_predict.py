@@ -223,7 +223,7 @@ def test_published_takes_a_step_a_rotation_unless_told():
 
 def test_coarse_steps_are_owned_up_to():
     found = predict_wear(scenario(), [1e6], scheme="published", steps=10)
-    assert any(note.startswith("10 Euler steps of 1e+05 rotations end ") for note in found.notes)
+    assert any(note.startswith("with 10 Euler steps of 1e+05 rotations, the final depth is ") for note in found.notes)
 
 
 @pytest.mark.parametrize("steps", [0, -1, MOST_STEPS + 1])
@@ -267,7 +267,7 @@ def test_flat_wider_than_a_disc_is_noted(disc):
 
 def test_slip_changed_by_wear_is_noted():
     known = known_pair(k_d(300 * K_1, 0.1), k_d(300 * K_2, 0.1))
-    assert "wear changes the slip from 4.00 % to 5.30 % at constant rotation rates" in notes(1e6, known=known)
+    assert "wear changes the slip from 4.00 % to 5.30 % at constant rotational speeds" in notes(1e6, known=known)
 
 
 def test_k_d_without_uncertainty_is_noted():

@@ -80,7 +80,9 @@ def test_each_row_is_a_run_with_its_wear_rate(run_cli, lab):
 def test_a_scar_wider_than_the_ball_is_named(run_cli, lab):
     table(lab, "A1;5;0.1;500;6;7000")
     made = run_cli("new", "tests.csv", "--each-row")
-    assert "the radius of the pin is not taken from its diameter of 6 mm: end_values.pin_scar_diameter" in made.stderr
+    assert (
+        "the radius of the pin is not calculated from its diameter of 6 mm: end_values.pin_scar_diameter" in made.stderr
+    )
     assert "contact.pin.radius" in made.stderr.rpartition("still to be filled in")[2]
 
 

@@ -63,7 +63,7 @@ def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path)
     (run_id,) = archive.ids()
     fit = archive.result(run_id, "wear_fit_archard", WearFit)
     (message,) = [one.message for one in fit.findings if one.code == CODE]
-    assert message.endswith("the depth signal is not used, and k_D is from the measurement")
+    assert message.endswith("the depth signal is not used, and k_D is based on the measurement")
     figure = run_figures(archive, run_id)["wear"]
     above = figure.axes[0].texts[0].get_text()
     assert message in above.replace("\n", " ")

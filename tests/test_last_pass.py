@@ -10,7 +10,7 @@ import pytest
 
 from tribopipe.pipeline import last_pass, stages
 
-NOTHING = "Nothing to do: all {} steps are unchanged; --force redoes them."
+NOTHING = "Nothing to do: all {} steps are unchanged; --force repeats them."
 LIGHT = "si3n4-air-200mN"
 
 

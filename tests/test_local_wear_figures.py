@@ -75,8 +75,8 @@ def test_discs_have_the_four_panels_of_figure_9():
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "wear depth / µm",
         "pressure p / MPa",
-        "half width $a_x$ / µm",
-        "half length $a_z$ / µm",
+        "half-width $a_x$ / µm",
+        "half-length $a_z$ / µm",
     ]
     assert labels(figure) == ["local", "GIWM", "GIWM, Eq. 11 as published", "local, at the center"]
     for ax, values in zip(figure.axes, (curves.course.depth * 1e6, curves.mean_pressure * 1e-6), strict=False):

@@ -111,7 +111,9 @@ def test_decimal_commas(tag):
 
 def test_claims_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Samples\t3\t3", b"Samples\t2000\t2000"))
-    assert table.notes == ("numbers of rows differ from the header: segment 1 declares 2000 and contains 3",)
+    assert table.notes == (
+        "the numbers of rows differ from those in the header: segment 1 declares 2000 and contains 3",
+    )
 
 
 def test_packets_below_one_header():
@@ -120,7 +122,7 @@ def test_packets_below_one_header():
     assert np.array_equal(values(table), TRUTH[:, :3])
     assert table.notes == ()
     short = read(text([*lines, "\t".join(ROWS[0][0])]))
-    assert short.notes == ("numbers of rows differ from the header: segment 1 declares 2 and contains 1",)
+    assert short.notes == ("the numbers of rows differ from those in the header: segment 1 declares 2 and contains 1",)
 
 
 def without_x(samples: int, step: str = "0.25\t0.25", several: str = "Yes") -> ReadTable:

@@ -193,7 +193,7 @@ def test_command_marks_and_takes_back(mark_bad, archive, monkeypatch):
     assert re.fullmatch(rf"{RUN}: marked bad by anna, \S+: slipped\n", marked.stdout)
     undone = mark_bad(RUN, "--undo", "--reason", "it was the run before")
     assert undone.exit_code == 0
-    assert f"{RUN}: marked good by otto, " in undone.output
+    assert f"{RUN}: bad mark removed by otto, " in undone.output
     first, second = Archive(archive).marks(RUN)
     assert (first.kind, first.reason, first.operator) == ("bad", "slipped", "anna")
     assert (second.kind, second.reason, second.operator) == ("good", "it was the run before", "otto")
@@ -294,7 +294,7 @@ def test_show_tells_every_mark(run_cli, archive):
         store.mark(RUN, mark)
     shown = run_cli("show", RUN, "-v", "--archive", archive)
     assert f"  marked bad by anna, {DATE}: the pin slipped in its holder\n" in shown.stdout
-    assert f"  marked good, {DATE}: it was the run before\n" in shown.stdout
+    assert f"  bad mark removed, {DATE}: it was the run before\n" in shown.stdout
     told = json.loads(run_cli("show", RUN, "--archive", archive, "--json").stdout)
     assert told["marks"] == [BAD.model_dump(mode="json"), GOOD.model_dump(mode="json")]
 

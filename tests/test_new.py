@@ -105,7 +105,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     made = run_cli("new", export, "--json")
     assert made.exit_code == 0, made.stderr
     assert ask.asked[0].startswith(
-        "conditions.normal_load, nominal normal load; required (50 N: probable from the file name"
+        "conditions.normal_load, nominal normal load; required (50 N: suggested by the file name"
     )
     told = json.loads(made.stdout)
     assert told["id"] == "7-Al10Cu-50N-140m-328rpm"
@@ -184,7 +184,7 @@ def test_nobody_is_asked_without_a_terminal_and_what_is_missing_is_said(run_cli,
     text = (lab / export.stem / "run.toml").read_text(encoding="utf-8")
     assert '# normal_load = "50 N"' in text
     assert '# rotational_speed = "328 rpm"' in text
-    assert "probable from the file name" in text
+    assert "suggested by the file name" in text
     with pytest.raises(ManifestError, match=r"conditions\.normal_load: missing"):
         read_manifest(lab / export.stem / "run.toml")
 

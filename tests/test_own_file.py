@@ -311,7 +311,7 @@ def test_misleading_names_of_files_are_not_taken(lab, name):
         assert made.accepted == (f"{LOAD} = 5.005 N, median of 'Normal force [N]'",)
     else:
         assert made.missing == (LOAD,)
-        assert any(note.startswith(f"{LOAD} is left open: ") for note in made.notes)
+        assert any(note.startswith(f"{LOAD} is not filled in: ") for note in made.notes)
         assert told in text or told == "left open"
 
 
@@ -333,10 +333,10 @@ def test_nothing_is_taken_without_accept_and_what_is_has_its_source(lab):
     (lab / "a_5N.csv").write_text(table(), encoding="utf-8")
     made, text, _ = drafted(lab / "a_5N.csv")
     assert (made.missing, made.accepted) == ((LOAD,), ())
-    assert "# probable from the file name, '5N'" in text
+    assert "# suggested by the file name, '5N'" in text
     made, text, document = drafted(lab / "a_5N.csv", accept=True, id="b")
     assert document["conditions"]["normal_load"] == "5 N"
-    assert "# probable from the file name, '5N', accepted" in text
+    assert "# suggested by the file name, '5N', accepted" in text
 
 
 def test_a_channel_that_is_not_steady_is_not_offered(lab):

@@ -415,7 +415,7 @@ def test_predictions_tell_every_place():
     page = stage(pin, "prediction_archard")
     assert "\n" not in page.sentence
     assert table(page, "predicted") == (("50 m", "125 s", "5 µm", "180 µm", "8 MPa"),)
-    assert table(page, "predicted") == table(page, "points at which the wear depths are reached")
+    assert table(page, "predicted") == table(page, "points at which the specified wear depths are reached")
     assert facts_of(page, "")["relative error due to the step size"] == "+1.20 %"
 
 

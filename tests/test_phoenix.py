@@ -55,7 +55,7 @@ def test_the_file_is_known_and_read():
     assert table.facts == {"instrument": "Phoenix Tribology (Compend)", "started": "2019-04-09T20:09:56"}
     assert table.notes == (
         "column 18 is called 'Friction Force (2)', since another column is already called 'Friction Force'",
-        "Displacement is assumed to be in µm, as written by the program; no identity confirms this",
+        "Displacement is assumed to be in µm, as written by the program; no relation between columns confirms this",
     )
 
 
@@ -149,7 +149,7 @@ def test_units_that_an_identity_contradicts_are_left_open():
     table = read(lines)
     assert next(one.unit for one in table.columns if one.name == "Mass") is None
     assert next(one.unit for one in table.columns if one.name == "Load") == "N"
-    assert "m·g = F_N does not hold in g, N: the ratio of left to right is 0.001" in table.notes
+    assert "m·g = F_N does not hold in g, N: the ratio of the left side to the right side is 0.001" in table.notes
     assert "the units of 'Mass' are unknown; the header contains none" in table.notes
 
 

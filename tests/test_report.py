@@ -448,7 +448,7 @@ def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied,
     [
         (["ari"], "found no run or study 'ari'; expected the ID of an archived run or study; did you mean 'air'?"),
         (["../air"], "found no run or study '../air'; expected the ID of an archived run or study"),
-        (["air", LIGHT], "found the study 'air' among several ids; expected only runs, or a single study"),
+        (["air", LIGHT], "found the study 'air' among several IDs; expected only runs, or a single study"),
         ([LIGHT, "-o", "."], "found a folder; expected the path of a file"),
     ],
 )

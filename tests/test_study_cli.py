@@ -531,7 +531,7 @@ def test_process_does_runs_study_and_figures_and_the_second_time_nothing(run_cli
     before = tree_bytes(lab)
     second = run_cli(*command, cwd=lab)
     assert second.exit_code == 0
-    assert "Nothing to do: all 14 steps are unchanged; --force redoes them." in second.output
+    assert "Nothing to do: all 14 steps are unchanged; --force repeats them." in second.output
     assert tree_bytes(lab) == before
 
 

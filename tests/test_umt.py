@@ -201,7 +201,7 @@ def test_not_a_number_is_no_word():
 
 def test_counts_that_rows_do_not_keep_are_noted():
     table = read(SMALL.replace(b"Data Count   = 3", b"Data Count   = 110").replace(b"steps = 2", b"steps = 4"))
-    assert "numbers of rows differ from the header: segment 1 declares 110 and contains 3" in table.notes
+    assert "the numbers of rows differ from those in the header: segment 1 declares 110 and contains 3" in table.notes
     assert "the header declares 4 steps; 2 of them contain data" in table.notes
 
 

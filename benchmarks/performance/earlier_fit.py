@@ -59,7 +59,13 @@ def rows(setting: Setting) -> Iterator[Row]:
         return
     ours, peer = Fitting(HERE), Fitting(setting.earlier.resolve())
     both, work = partial(ours, _BOTH), "k_D of a run, with both laws"
-    yield Pair(work, both, partial(peer, _ONE), "earlier version: fit, uncertainty budget and joint fit, with one law", at_most=_MOST)
+    yield Pair(
+        work,
+        both,
+        partial(peer, _ONE),
+        "earlier version: fit, uncertainty budget and joint fit, with one law",
+        at_most=_MOST,
+    )
     yield Pair(work, both, partial(peer, _BOTH), "the same, with both laws")
 
 

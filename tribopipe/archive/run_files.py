@@ -142,15 +142,15 @@ class RunFiles:
             if text(file, "entry/archived/raw_sha256") == raw_digest(run):
                 return False
             changed = changed_file(file["entry"], run)
-        found = f"{self.path(run.id)}: found a run with the id {run.id!r} but different content"
+        found = f"{self.path(run.id)}: found a run with the ID {run.id!r} but different content"
         if changed is not None:
             raise ArchiveError(
-                f"{found}: {changed} has changed; expected unchanged instrument files or another id; change id in "
-                "run.toml, or move the archived file away if this run replaces it"
+                f"{found}: {changed} has changed; expected unchanged instrument files or another ID; change id in "
+                f"run.toml, or move the archived file away if this run replaces it"
             )
         if not amend:
             raise ArchiveError(
-                f"{found}, although the instrument files are the same; expected the archived run.toml or another id; "
+                f"{found}, although the instrument files are the same; expected the archived run.toml or another ID; "
                 "use --amend to replace run.toml and keep the earlier version"
             )
         return True
@@ -486,8 +486,8 @@ class RunFiles:
         """Make a folder where there is none; one that has gone meanwhile is not created again on another drive."""
         if self._drive is not None and drive_of(self.folder) != self._drive:
             raise ArchiveError(
-                f"{self.folder}: found that the archive folder is gone; expected the folder to remain while tribopipe "
-                "writes; check whether its drive or network share is connected, or whether it was moved"
+                f"{self.folder}: found that the archive folder no longer exists; expected the folder to remain while "
+                "tribopipe writes; check whether its drive or network share is connected, or whether it was moved"
             )
         folder.mkdir(parents=True, exist_ok=True)
         self._drive = drive_of(self.folder)

@@ -179,7 +179,7 @@ def _too_large(found: str) -> HTTPException:
 def _paths(path: str, found: Part) -> list[str]:
     """Return the paths of all links below a group; none is followed but those that hold what they name."""
     if not isinstance(found, h5py.Group):
-        raise HTTPException(422, f"found no group at {path}; expected the path of a group; open the group above it")
+        raise HTTPException(422, f"found no group at {path}; expected the path of a group; open its parent group")
     names, waiting, seen = [path], [(path.rstrip("/"), found.id)], {h5o.get_info(found.id).addr}
     while waiting:
         above, group = waiting.pop()

@@ -102,7 +102,7 @@ def _simulate_samples(folder: Path) -> None:
     runs, begun = folder / _RUNS, folder / f".{_RUNS}.part"
     if runs.exists():
         return
-    say(f"Simulating sample runs on virtual tribometers in {runs}")
+    say(f"Simulating sample runs in {runs}")
     simulate_plan(load_toml(folder / _PLAN, Plan), begun)
     for study in shipped("sample_runs").glob("*.study.toml"):
         shutil.copyfile(study, begun / study.name)

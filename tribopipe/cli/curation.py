@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.annotation import Annotation, Mark
 
 
-By = Annotated[str | None, typer.Option("--by", help="Author; by default the user logged in.")]
+By = Annotated[str | None, typer.Option("--by", help="Author; default: the current user.")]
 
 
 def mark_bad(

@@ -42,8 +42,8 @@ def export_csv(
     what: Annotated[
         str | None,
         typer.Option(
-            help="raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; separate "
-            "several with commas; default: all tables of the run."
+            help="Tables: raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; "
+            "separate several with commas; default: all tables of the run."
         ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")] = Path("csv"),

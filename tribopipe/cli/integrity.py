@@ -98,7 +98,7 @@ def _accept(store: "Archive", wanted: "Iterable[str]") -> None:
 
 
 Files = Annotated[list[Path], typer.Argument(help="Files of archived runs.", metavar="FILE")]
-Into = Annotated[Path, typer.Option("--to", help="Folder to write run folders into.")]
+Into = Annotated[Path, typer.Option("--to", help="Output folder for run folders.")]
 
 
 def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:

@@ -258,8 +258,8 @@ def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterato
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
         why = (
-            f"No post-test measurement of the pin for {_counted(len(runs), 'run')} ({_named(runs)}); k_D is from the "
-            "depth sensor alone"
+            f"No post-test measurement of the pin for {_counted(len(runs), 'run')} ({_named(runs)}); k_D is based on "
+            f"the depth sensor alone"
         )
         yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 

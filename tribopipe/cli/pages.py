@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 _SAID = {
     "bad": "marked bad",
-    "good": "marked good",
+    "good": "bad mark removed",
     "tag": "tagged",
     "untag": "no longer tagged",
     "note": "note",

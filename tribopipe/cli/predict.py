@@ -85,7 +85,8 @@ def predict(
     steps: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Euler steps of the published scheme; default: 50,000, or one per rotation for twin discs."
+            min=1,
+            help="Number of Euler steps in the published scheme; default: 50,000, or one per rotation for twin discs.",
         ),
     ] = None,
     friction: Friction = None,
@@ -119,7 +120,7 @@ def predict(
         str | None, typer.Option(help='Slip of twin discs, such as "10 %"; default: that of the run.')
     ] = None,
     crown_radius: Annotated[
-        str | None, typer.Option(help='Radius of the crowned disc, such as "8 mm"; default: that of the run.')
+        str | None, typer.Option(help='Crown radius of the crowned disc, such as "8 mm"; default: that of the run.')
     ] = None,
     distance: Annotated[
         DistanceConvention | None,

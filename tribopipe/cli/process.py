@@ -226,7 +226,7 @@ def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool,
 
 
 def _nothing_to_do(steps: int) -> str:
-    return f"Nothing to do: all {steps} steps are unchanged; --force redoes them."
+    return f"Nothing to do: all {steps} steps are unchanged; --force repeats them."
 
 
 def _next_command(outcomes: "list[Outcome]", archive: Path, doubtful: str | None) -> str:

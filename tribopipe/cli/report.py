@@ -93,7 +93,7 @@ def _is_study(store: "Archive", ids: "Sequence[str]", *, as_run: bool) -> bool:
     study = next((one for one in ids if one not in runs), None)
     if study is not None:
         raise ArchiveError(
-            f"{store.folder}: found the study {study!r} among several ids; expected only runs, or a single study; "
+            f"{store.folder}: found the study {study!r} among several IDs; expected only runs, or a single study; "
             "write a separate report of the study"
         )
     return False

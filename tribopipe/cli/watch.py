@@ -16,7 +16,9 @@ _STDERR = 2
 
 
 def watch(
-    folder: Annotated[Path, typer.Argument(help="Folder with the exports of the instruments; it is only read.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Folder with the exports of the instruments; its files are not modified.")
+    ],
     template: Template = None,
     runs: Annotated[
         Path | None, typer.Option("--runs", help="Folder for run folders; default: runs, next to the archive.")
@@ -27,7 +29,8 @@ def watch(
         float, typer.Option("--settle", help="Idle time after which an export is considered complete, s.", min=0.0)
     ] = 10.0,
     together: Annotated[
-        bool, typer.Option("--together", help="The files of each subfolder are one test; default: each file is a test.")
+        bool,
+        typer.Option("--together", help="Treat the files in each subfolder as one test; default: each file is a test."),
     ] = False,
     poll: Annotated[bool, typer.Option("--poll", help="Poll the folder, as required on network shares.")] = False,
     once: Annotated[bool, typer.Option("--once", help="Process the existing files and exit.")] = False,

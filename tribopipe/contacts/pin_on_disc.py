@@ -184,10 +184,10 @@ def neglected_deformation(contact: SlidingPin, values: Values, last: State) -> I
     worn = {name: 1 / float(share) - 1 for name, share, depth in both if depth > 0}
     if not any(share > _ELASTIC for share in worn.values()):
         return
-    by = " and ".join(f"of the {name} by about {100 * share:.0f} %" for name, share in worn.items())
+    by = " and ".join(f"{100 * share:.0f} % for the {name}" for name, share in worn.items())
     yield (
         f"warning: found a contact {show(2 * width, None, 'm', 'um')} wide and {show(2 * length, None, 'm', 'um')} "
-        f"long after wear, and {show(2 * start, None, 'm', 'um')} before; expected a larger scar, because elastic "
-        f"deformation is neglected, which overestimates the wear depth {by}; use --engine local, or the wear volumes, "
-        "which remain valid"
+        f"long after wear, compared with {show(2 * start, None, 'm', 'um')} before wear; expected a larger scar: "
+        f"elastic deformation is neglected, so the wear depth is overestimated by about {by}; use --engine local, or "
+        "the wear volumes, which remain valid"
     )

@@ -234,8 +234,8 @@ class TwinDiscWear:
             )
         if abs(slip_of_worn - slipping) > _SLIP_LOST * abs(slipping):
             yield (
-                f"wear changes the slip from {100 * slipping:.2f} % to {100 * slip_of_worn:.2f} % at constant rotation "
-                "rates"
+                f"wear changes the slip from {100 * slipping:.2f} % to {100 * slip_of_worn:.2f} % at constant "
+                f"rotational speeds"
             )
 
 

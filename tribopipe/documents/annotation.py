@@ -77,4 +77,5 @@ class Mark(Record):
 
     def __str__(self) -> str:
         who = f" by {self.operator}" if self.operator else ""
-        return f"marked {self.kind}{who}, {self.date}: {self.reason}"
+        done = "marked bad" if self.kind == "bad" else "bad mark removed"
+        return f"{done}{who}, {self.date}: {self.reason}"

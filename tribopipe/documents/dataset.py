@@ -35,13 +35,13 @@ def orcid(text: str) -> str:
     """
     matched = _ORCID.fullmatch(text.strip())
     if matched is None:
-        raise ValueError(f"found {text!r}; expected an ORCID such as '0000-0002-1825-0097'; look it up on orcid.org")
+        raise ValueError(f"found {text!r}; expected an ORCID iD such as '0000-0002-1825-0097'; look it up on orcid.org")
     found = "-".join(matched.groups()).upper()
     check = orcid_check_digit(found[:-1].replace("-", ""))
     if found[-1] != check:
         raise ValueError(
-            f"found {text!r}, whose last digit is {found[-1]}, but the other digits require {check}; expected an ORCID "
-            "as shown on orcid.org; look for a mistyped digit"
+            f"found {text!r}, whose last digit is {found[-1]}, but the other digits require {check}; expected an "
+            f"ORCID iD as shown on orcid.org; look for a mistyped digit"
         )
     return found
 
@@ -50,7 +50,9 @@ def ror(text: str) -> str:
     """Return the link of an institution in the registry ROR. Raises ``ValueError`` where the text is none."""
     matched = _ROR.fullmatch(text.strip())
     if matched is None:
-        raise ValueError(f"found {text!r}; expected a ROR such as 'https://ror.org/04t3en479'; look it up on ror.org")
+        raise ValueError(
+            f"found {text!r}; expected a ROR ID such as 'https://ror.org/04t3en479'; look up the institution on ror.org"
+        )
     return f"https://ror.org/{matched[1]}"
 
 

@@ -1,7 +1,8 @@
-"""Four balls, one of which rotates on three that stand still (ASTM D4172, D5183), as run.toml describes them.
+"""Four balls, one of which rotates against three stationary ones (ASTM D4172, D5183), as run.toml describes them.
 
-The centers of the balls, of radius R, are the corners of a regular tetrahedron. The line from the top ball to one below
-is inclined to the axis by θ with cos θ = √(2/3), and the balls touch in a circle of radius R/√3 about the axis. Hence
+The centers of the balls, of radius R, are the vertices of a regular tetrahedron. The line from the top ball to one
+below is inclined to the axis by θ with cos θ = √(2/3), and the balls touch in a circle of radius R/√3 about the axis.
+Hence
 
     F_n = F/√6        normal load on each of the three contacts under the load F as it is applied
     μ = T·√2/(R·F)    by the friction torque T about the axis

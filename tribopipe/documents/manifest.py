@@ -59,10 +59,10 @@ def _usable_as_file_name(identifier: str) -> str:
     if not _ID.fullmatch(identifier) or identifier.endswith("."):
         raise ValueError(
             f"found {identifier!r}; expected up to 100 letters, digits and . _ + -, starting with a "
-            "letter or digit, since the archive file is named after the id"
+            "letter or digit, since the archive file is named after the ID"
         )
     if identifier.split(".")[0].lower() in _WINDOWS_DEVICES:
-        raise ValueError(f"found {identifier!r}, a device name on Windows; choose another id")
+        raise ValueError(f"found {identifier!r}, a device name on Windows; choose another ID")
     return identifier
 
 

@@ -363,7 +363,7 @@ class Plan(Record):
         twice = [run_id for run_id, count in Counter(runs).items() if count > 1]
         if twice:
             raise ValueError(
-                f"found the run {twice[0]!r} twice; expected a unique id for each run; rename one of the two"
+                f"found the run {twice[0]!r} twice; expected a unique ID for each run; rename one of the two"
             )
         return self
 

@@ -74,7 +74,7 @@ def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
             )
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(
-                f"{path}: {key}: found an integer of more than 64 bits; expected at most 64; correct the number"
+                f"{path}: {key}: found an integer of more than 64 bits; expected at most 64 bits; use a smaller number"
             )
         if isinstance(value, str) and "\0" in value:
             raise ManifestError(

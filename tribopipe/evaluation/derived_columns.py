@@ -43,9 +43,9 @@ def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest)
     have_time, have_distance = "time" in columns, "sliding_distance" in columns
     if not have_time and not have_distance:
         raise ReaderError(
-            "found neither time nor sliding_distance among the signals; expected at least one; "
-            "map one under [signals.columns] in run.toml; a count of cycles is mapped as rotations, with track_radius, "
-            "stroke or the radius of the ring stated"
+            "found neither time nor sliding_distance among the signals; expected at least one; map one under "
+            "[signals.columns] in run.toml; map a count of cycles to rotations, and state track_radius, stroke or the "
+            "radius of the ring"
         )
     if not have_distance:
         _derive_distance(columns, origins, manifest)

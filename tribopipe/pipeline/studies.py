@@ -57,8 +57,8 @@ def load_studies(paths: Sequence[Path]) -> list[Study]:
         study = load_toml(path, Study)
         if study.id in studies:
             raise ManifestError(
-                f"{path}: id: found {study.id!r}, which is also used in {studies[study.id][0]}; expected a unique "
-                "id for each study; change one of the ids"
+                f"{path}: id: found {study.id!r}, which is also used in {studies[study.id][0]}; expected a unique ID "
+                f"for each study; change one of the IDs"
             )
         studies[study.id] = (path, study)
     return [study for _, study in studies.values()]

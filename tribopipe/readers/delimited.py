@@ -111,7 +111,7 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
     if layout.width > _WIDEST:
         raise ReaderError(
             f"{text.name}, line {layout.line}: found {layout.width} columns; expected at most {_WIDEST}; check that "
-            "the file has kept its line ends"
+            "the file has kept its line endings"
         )
     parsed = _parsed(text, layout)
     _refuse_short_rows(text, layout, parsed[-1])

@@ -281,12 +281,11 @@ def _refuse_repeats(position: Column, column: str, file: str) -> None:
     if position[0] == position[-1]:
         raise ReaderError(
             f"{where}: found the same position in all {len(position):,} rows; expected positions across the track; "
-            "map the column with the positions"
+            f"map the column that contains the positions"
         )
     if len(repeated):
         first = float(position[repeated[0]])
         raise ReaderError(
-            f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} "
-            "times; expected each position once; export a single pass across the track, with enough digits of "
-            "the position"
+            f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} times; "
+            "expected each position once; export a single pass across the track, with enough digits in the positions"
         )

@@ -159,8 +159,8 @@ def _refuse_binary(text: Text) -> None:
         return
     found = f"a zero byte at offset {zero}" if zero >= 0 else f"{controls} control characters"
     raise ReaderError(
-        f"{text.name}: found {found}; expected text; export the table as text, or name the reader for this "
-        "format in run.toml"
+        f"{text.name}: found {found}; expected text; export the table as text, or specify the reader for this format "
+        f"in run.toml"
     )
 
 

@@ -95,7 +95,7 @@ def _rows_between(text: Text, start: int, end: int) -> tuple[int, int] | None:
     if filled - first > LONGEST_LINE and not LINE_END.search(content, first, first + LONGEST_LINE):
         raise ReaderError(
             f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE:,} characters in one line; "
-            "expected a data row; check that the file has kept its line ends"
+            "expected a data row; check that the file has kept its line endings"
         )
     last = LINE_END.search(content, filled, end)
     return first, last.end() if last else end
@@ -297,7 +297,7 @@ def _broken_claims(segments: Sequence[Segment], counts: Sequence[int]) -> list[s
         for number, (segment, count) in enumerate(zip(segments, held, strict=True), 1)
         if segment.claimed is not None and segment.claimed != count
     ]
-    return [f"numbers of rows differ from the header: {listed(broken)}"] if broken else []
+    return [f"the numbers of rows differ from those in the header: {listed(broken)}"] if broken else []
 
 
 def _repeated(columns: Sequence[ReadColumn], counts: Sequence[int]) -> list[str]:

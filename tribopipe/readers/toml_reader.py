@@ -238,7 +238,7 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     lowest, highest = _range(calibration)
     outside = (values < lowest) | (values > highest)
     count = int(np.count_nonzero(outside))
-    where = f"outside the calibration {name!r} from {lowest:g} to {highest:g} {calibration.reading}"
+    where = f"outside the range of the calibration {name!r}, {lowest:g} to {highest:g} {calibration.reading}"
     if count and calibration.outside == "error":
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(

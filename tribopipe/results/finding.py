@@ -58,7 +58,7 @@ TITLES: Mapping[str, str] = {
     "radius_or_diameter": "pin radius may be a diameter",
     "radius_unchecked": "pin radius cannot be checked",
     "initial_yielding": "contact yields at the start",
-    "rate_not_steady": "overall and steady wear rate differ",
+    "rate_not_steady": "overall and steady-state wear rates differ",
     "scar_or_radius": "scar size may be a radius",
     "elastic_scar": "scar partly elastic",
     "uneven_scars": "readings of the scar differ widely",

@@ -109,7 +109,7 @@ class BodyVerdict(Record):
     measurement_interval: Interval
     """95 % prediction interval of a measurement."""
     e_n: float
-    """Measured minus predicted at the end over the half width of its 95 % interval on that side."""
+    """Measured minus predicted at the end divided by the half-width of its 95 % interval on that side."""
     e_n_all: float
     """The largest such number among all that was measured on the body, over the limit that 95 % of runs keep to."""
     e_n_all_at: str | Quantity

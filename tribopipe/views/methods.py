@@ -154,7 +154,7 @@ def references_of(methods: Iterable[Method]) -> list[str]:
 
 _CLEAN_UP = Method(
     "Preprocessing of signals",
-    "Signals were preprocessed by named steps, which are listed with their changes. The recorded signals are kept "
+    "Signals were preprocessed in named steps, which are listed with their changes. The recorded signals are kept "
     "unchanged.",
 )
 _DRIFT = Method(
@@ -289,7 +289,7 @@ _BLOCK = Method(
 )
 _FOUR_BALLS = Method(
     "Contacts in a four-ball test",
-    "The centers of the balls, of radius R, are the corners of a regular tetrahedron. Under a load F along the axis, "
+    "The centers of the balls, of radius R, are the vertices of a regular tetrahedron. Under a load F along the axis, "
     "each contact carries F_n at the distance R_t from the axis, and corresponds to a ball of radius R/2 on a flat:",
     (
         Equation(r"F_n = \frac{F}{\sqrt{6}} , \quad R_t = \frac{R}{\sqrt{3}}"),
@@ -323,7 +323,7 @@ _LOCAL = Method(
 )
 _DISCS = Method(
     "Global Incremental Wear Model of two discs",
-    "The contact area of the discs is flat, with half width a_x across and half length a_z along the rolling "
+    "The contact area of the discs is flat, with half-width a_x across and half-length a_z along the rolling "
     "direction:",
     (
         Equation(r"u = \frac{F_N}{2 E_c \sqrt{a_x a_z}}", "10"),
@@ -335,8 +335,8 @@ _DISCS = Method(
             r"\frac{1}{r_{\text{eq}}} = \frac{1}{r_1 − h_1} + \frac{1}{r_2 − h_2}"
         ),
     ),
-    "κ is π/4 as published, and 1 for the convention line-load. The number of rotations N is an integral over the worn "
-    "height, in the limit of the paper's steps of one rotation.",
+    "κ is π/4 as published, and 1 for the convention line-load. The number of rotations N is an integral over the "
+    "worn height, in the limit of small steps; the steps of the paper are one rotation long.",
     (PAPER,),
 )
 _CONVENTIONS: dict[DistanceConvention, Method] = {
@@ -403,7 +403,7 @@ _DRAWN = Method(
 )
 _VERDICTS = Method(
     "Agreement with the model",
-    "The agreement of a run with the model is rated by δ, measured minus predicted wear, divided by U, the half width "
+    "The agreement of a run with the model is rated by δ, measured minus predicted wear, divided by U, the half-width "
     "of the 95 % interval of δ on the side toward zero:",
     (Equation(r"E_n = \frac{δ}{U}"),),
     "For |E_n| ≤ 1, measured and predicted wear agree. The interval is found by Monte Carlo, so that errors common to "
@@ -422,7 +422,7 @@ _SEVERAL = Method(
 )
 _COMPARED = Method(
     "Comparison of the wear laws",
-    "The laws are compared by Akaike's criterion of their fits to each curve, corrected for the number n of averages. "
+    "The laws are compared by Akaike's criterion for their fits to each curve, corrected for the number n of averages. "
     "The p free parameters are k_D, zero offset, drift, the variance and those of the law. A difference below 2 is "
     "inconclusive.",
     (Equation(r"\text{AIC} = n \text{ ln } \frac{χ^2}{n} + 2 p + \frac{2 p ( p + 1 )}{n − p − 1}"),),

@@ -270,8 +270,8 @@ def _law(x: Column, run: str, curves: WearCurves, outcome: str, unit: Unit, fact
 _CONTACT: Mapping[Outcome, tuple[str, Unit]] = {
     "depth": ("wear depth of both discs", MICRONS),
     "pressure": ("mean pressure p", Unit("Pa", "GPa")),
-    "half_width": ("half width a_x", MICRONS),
-    "half_length": ("half length a_z", MICRONS),
+    "half_width": ("half-width a_x", MICRONS),
+    "half_length": ("half-length a_z", MICRONS),
 }
 
 
@@ -309,8 +309,8 @@ _MODELS = {"local": "", "GIWM": "giwm_", "GIWM, Eq. 11 as published": "giwm_as_p
 _COURSE = (
     ("wear depth", MICRONS, "depth"),
     ("pressure p", Unit("Pa", "MPa"), "pressure"),
-    ("half width a_x", MICRONS, "half_width"),
-    ("half length a_z", MICRONS, "half_length"),
+    ("half-width a_x", MICRONS, "half_width"),
+    ("half-length a_z", MICRONS, "half_length"),
 )
 
 

@@ -149,7 +149,7 @@ def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
     dashes = cycle(_DASHES)
     looks = {}
     for number, (run, (words, below)) in enumerate(zip(runs, _names(runs).values(), strict=True)):
-        role = "fitted" if run.role == "fitted" else f"predicted: {AGREEMENT[run.outcome]}"
+        role = "fitted" if run.role == "fitted" else AGREEMENT[run.outcome]
         line = "-" if run.role == "fitted" else next(dashes)
         color, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
         looks[run.id] = _Look(f"{words}, {role}{below}", color, line, marker)

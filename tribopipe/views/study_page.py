@@ -175,8 +175,8 @@ def _shapes(law: LawResult) -> TextTable:
     """Return a table that compares the shape of each wear curve with the law."""
     columns = (
         "run",
-        "exponent n of h ∝ sⁿ",
-        "n of the law",
+        "measured exponent n of h ∝ sⁿ",
+        "exponent predicted by the law",
         "residual trend",
         "possible change of rate at",
         "k_D after / before",

@@ -14,7 +14,7 @@ from tribopipe.physics.conventions import WearEngine
 from tribopipe.physics.laws import law_title
 from tribopipe.results.input_quantities import input_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
-from tribopipe.results.wear_fit import BodyWear, Contribution, WearFit
+from tribopipe.results.wear_fit import Basis, BodyWear, Contribution, WearFit
 from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, shown, signed_share
 
@@ -79,8 +79,8 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("normal load", shown(result.normal_load)),
             *((spoken(name), shown(one, _UNITS[one.unit])) for name, one in result.conditions.items()),
             ("distance per rotation", result.distance_per_rotation),
-            ("half width of the unworn contact", None if start is None else shown(start.half_width)),
-            ("half length of the unworn contact", None if start is None else shown(start.half_length)),
+            ("half-width of the unworn contact", None if start is None else shown(start.half_width)),
+            ("half-length of the unworn contact", None if start is None else shown(start.half_length)),
             ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
             ("scheme", result.scheme),
             ("number of steps", None if result.steps is None else f"{result.steps:,}"),
@@ -92,7 +92,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
         result.notes,
         (
             _points("predicted", result.prediction),
-            _points("points at which the wear depths are reached", result.reached),
+            _points("points at which the specified wear depths are reached", result.reached),
         ),
     )
 
@@ -147,7 +147,7 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ("grid points", " × ".join(f"{number:,}" for number in result.grid)),
             ("smallest grid spacing", shown(result.finest)),
             (
-                "elasticity update interval",
+                "mesh update interval",
                 f"{result.update_mesh_every} steps" if result.update_mesh_every else "never",
             ),
         ),
@@ -189,11 +189,16 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
         )
         for one in points
     ]
-    sizes = ("half width", "half length", "wear volume, crowned disc", "wear volume, cylindrical disc")
+    sizes = ("half-width", "half-length", "wear volume, crowned disc", "wear volume, cylindrical disc")
     return TextTable("local wear of both discs and contact pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))
 
 
 _CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
+_BASES: dict[Basis, str] = {
+    "reading": "depth signal",
+    "measurement": "measurement",
+    "reading and measurement": "depth signal and measurement",
+}
 _ENGINES: dict[WearEngine, str] = {
     "giwm": "GIWM, uniform contact pressure",
     "volume": "from the wear volume and groove shape",
@@ -236,10 +241,10 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     yield "relation between wear depth and volume", _ENGINES[fit.engine]
     yield "distance per rotation", fit.distance_per_rotation
     yield "drift correction", None if fit.correction is None else _CORRECTIONS[fit.correction]
-    yield "based on", fit.basis
+    yield "based on", None if fit.basis is None else _BASES[fit.basis]
     yield "friction", fit.friction
-    yield "half width of the unworn contact", None if start is None else shown(start.half_width)
-    yield "half length of the unworn contact", None if start is None else shown(start.half_length)
+    yield "half-width of the unworn contact", None if start is None else shown(start.half_width)
+    yield "half-length of the unworn contact", None if start is None else shown(start.half_length)
     yield "peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")
 
 
@@ -320,7 +325,7 @@ def _ways(what: str, fit: WearFit, body: BodyWear) -> TextTable:
     known = (
         ("depth signal alone", body.by_reading, "not used" if fit.basis == "measurement" else ""),
         ("post-test measurement alone", body.by_measurement, ""),
-        ("reported", body.wear_coefficient, fit.basis or "two-step correction"),
+        ("reported", body.wear_coefficient, _BASES[fit.basis] if fit.basis else "two-step correction"),
     )
     rows = [(by, value.shown(WEAR_COEFFICIENT), note) for by, value, note in known if value is not None]
     if fit.deviation is not None:

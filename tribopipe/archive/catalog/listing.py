@@ -101,7 +101,7 @@ PER_SI: Mapping[str, float] = {
 _K_D, _RATE = "mm³/(N·mm)", "mm³/(N·m)"
 
 _ALL = (
-    _text("id", "run", "Name of the run.", shown=True),
+    _text("id", "run", "ID of the run.", shown=True),
     _text("mark", "mark", "'bad' if the run is marked bad.", shown=True),
     _text("tags", "tags", "Tags of the run.", joint=", ", shown=True),
     _text("title", "title", "Title of the run."),

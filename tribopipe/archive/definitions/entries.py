@@ -37,7 +37,7 @@ def as_ingested(tribometer: str | None) -> Iterator[Part]:
     yield text("title", "Title of the run.")
     yield defined(run_name(tribometer))
     yield FieldPart("start_time", "Start of the test.", "NX_DATE_TIME")
-    yield text("identifier_run", "Id of the run, unique in its archive.")
+    yield text("identifier_run", "ID of the run, unique in its archive.")
     yield _archived()
     yield GroupPart("user", "NXuser", "Person who ran the test.", (text("name", "Name."),))
     yield _instrument()
@@ -288,7 +288,7 @@ def study_definition() -> Definition:
     members = (
         text("title", "Title of the study."),
         defined(STUDY),
-        text("identifier_study", "Id of the study."),
+        text("identifier_study", "ID of the study."),
         GroupPart("archived", "NXcollection", "Archive format and fingerprint of the study.", archived, required=True),
         process("process", "Program that computed the study.", required=True),
         document("study", "study.toml: the runs from which k_D is identified, and those that are predicted."),

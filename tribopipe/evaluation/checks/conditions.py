@@ -194,7 +194,7 @@ def stated_speeds_differ(run: RawRun) -> Iterator[Trouble]:
     how = "stroke and frequency" if conditions.stroke is not None else "rotational speed and track radius"
     yield Trouble(
         "conditions.sliding_speed",
-        f"found {stated.shown('mm/s')}, but {how} give {moved.shown('mm/s')}; expected the same within "
+        f"found {stated.shown('mm/s')}, but {how} give {moved.shown('mm/s')}; expected agreement within "
         f"{100 * _TOLERANCE:.0f} %",
         "correct one of them; the stated sliding speed is used, as the average speed",
     )

@@ -174,8 +174,8 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if all(getattr(end, name) in (None, ()) for name in get_args(PinWay)):
         yield Trouble(
             "end_values",
-            "found no wear measurement of the pin; expected pin_wear_depth or pin_scar_diameter, wear volume, mass "
-            "loss or profile; without a measurement, the wear coefficient is determined from the depth sensor alone",
+            "found no wear measurement of the pin; expected a scar, wear depth, wear volume, mass loss or profile; "
+            "without a measurement, the wear coefficient is determined from the depth sensor alone",
             "add the measurement if there is one",
         )
     if "depth" not in run.columns:

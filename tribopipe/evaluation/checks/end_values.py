@@ -75,8 +75,8 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
     if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
         yield Trouble(
             f"{where}.pin_scar_diameter",
-            f"found {scar.shown('um')}, smaller than the initial flat of "
-            f"{show(2 * tip.flat_radius, None, 'm', 'um')}; expected a larger flat",
+            f"found {scar.shown('um')}, smaller than the initial flat of {show(2 * tip.flat_radius, None, 'm', 'um')}; "
+            "expected a scar larger than the flat",
             "check flat_radius and both units",
         )
 
@@ -144,7 +144,7 @@ def _contradicting(
         yield Trouble(
             "end_values",
             f"found a wear {what} of the {body} of {first} from {found.one.name} and {second} from {found.other.name}"
-            f"{apart}; expected them to agree; {'' if used is None else used.name} is used, not their mean",
+            f"{apart}; expected agreement; {'' if used is None else used.name} is used, not their mean",
             "repeat the measurement, or check both units",
         )
 
@@ -156,8 +156,8 @@ def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
                 "end_values",
-                f"found a total wear depth of both discs of {first.shown('um')} from {one}, and of "
-                f"{second.shown('um')} from {other}; expected agreement within 20 % for a common flat",
+                f"found total wear depths of {first.shown('um')} from {one} and {second.shown('um')} from {other} "
+                f"(both discs together); expected agreement within 20 %, because both discs share one worn flat",
                 "repeat the measurement, measure both discs, or check the units",
             )
 

@@ -118,7 +118,7 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
             "contact.pin.radius", f"found {found}; expected half the diameter for a ball", "enter half the diameter"
         )
     if stated is None and _is_ball(radius) and not _is_ball(twice):
-        found = f"{pin.radius.shown('mm')}, a ball {show(twice, None, 'm', 'mm')} in diameter"
+        found = f"{pin.radius.shown('mm')} (a ball {show(twice, None, 'm', 'mm')} in diameter)"
         return Trouble(
             "contact.pin.radius",
             f"found {found}, which is unusual; expected the radius, since {show(radius, None, 'm', 'mm')} is a common "
@@ -155,12 +155,12 @@ def radius_unchecked(run: RawRun) -> Iterator[Trouble]:
     pin = run.manifest.pin
     if pin is None or pin.line or pin.diameter is not None:
         return
-    what = "an end" if pin.shape == "flat" else "a ball"
+    what = "an end face" if pin.shape == "flat" else "a ball"
     if _diameter_unless_radius(pin) is None or pin.shape == "flat":
         yield Trouble(
             "contact.pin.radius",
-            f"found a radius of {pin.radius.shown('mm')}, {what} of {show(2 * pin.radius.value, None, 'm', 'mm')} in "
-            "diameter, but no diameter; expected contact.pin.diameter, to check the radius",
+            f"found a radius of {pin.radius.shown('mm')} ({what} {show(2 * pin.radius.value, None, 'm', 'mm')} in "
+            "diameter), but no stated diameter; expected contact.pin.diameter, to check the radius",
             "check that it is the radius, and state the diameter",
         )
 
@@ -405,7 +405,7 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     start, power = _start_width(run), 2 if pin.line else 3
     # By V ~ a⁴ + 2a*³a − 3a*⁴ of the GIWM at the depth a²/2R, with a*³ = 4/3·a_H³.
     by_giwm = not pin.line and "depth" in run.columns
-    fitted = ", k_D of a GIWM fit with a depth signal by several times this fraction" if by_giwm else ""
+    fitted = ", and k_D of a GIWM fit with a depth signal by several times this fraction" if by_giwm else ""
     for name, scar in _scars(run):
         share = (start / scar.value) ** power if scar.value > start else 0.0
         if share <= max(_ELASTIC, (power + 1) * (scar.standard_uncertainty or 0.0) / scar.value):
@@ -425,8 +425,8 @@ def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
     if width is not None and not _NARROW <= width.value / scar.value <= _WIDE:
         yield Trouble(
             "end_values.pin_scar_diameter, end_values.disc_track_width",
-            f"found a scar of {scar.shown('um')} and a track {width.shown('um')} wide; expected about the same width",
-            "check that the diameter of the scar is given, and check both units",
+            f"found a scar {scar.shown('um')} wide and a track {width.shown('um')} wide; expected about the same width",
+            "check that the diameter of the scar is given, not its radius, and check both units",
         )
 
 
@@ -444,7 +444,7 @@ def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
     if width > _WIDE * scar.value:
         yield Trouble(
             f"end_values.pin_scar_diameter, end_values.{groove.name}",
-            f"found a scar of {scar.shown('um')} and a groove {groove.depth.shown('um')} deep, over at least "
-            f"{show(width, None, 'm', 'um')} of which the pin rubs; expected about the same width",
-            "check that the diameter of the scar is given, and check both units",
+            f"found a scar {scar.shown('um')} wide and a groove {groove.depth.shown('um')} deep, with which the pin is "
+            f"in contact over a width of at least {show(width, None, 'm', 'um')}; expected about the same width",
+            "check that the diameter of the scar is given, not its radius, and check both units",
         )

@@ -453,8 +453,8 @@ def friction_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if offset > _OFFSET * mu:
         yield Trouble(
             "friction_force",
-            f"found a difference between forward and backward strokes, by an offset of {offset:.2g} of a friction "
-            f"coefficient of {mu:.2g}; expected less than {100 * _OFFSET:.0f} %",
+            f"found a friction force that differs between forward and backward strokes, with an offset of {offset:.2g} "
+            f"for a friction coefficient of {mu:.2g}; expected an offset of less than {100 * _OFFSET:.0f} %",
             'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe, which '
             "is independent of an offset",
         )
@@ -481,7 +481,8 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "separated",
             "record at least 5 samples per stroke; a mean over both directions is not a friction coefficient"
             if reciprocating
-            else "state conditions.stroke of a reciprocating test (at least 5 samples per stroke), or zero the force",
+            else "for a reciprocating test, state conditions.stroke and record at least 5 samples per stroke; "
+            "otherwise, zero the force",
         )
 
 
@@ -550,7 +551,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
     listed = 'add the step "turn-over" with signals = ["depth"] after the default steps'
-    turn = f"if the depth signal decreases with wear, {listed}; else " if rise < 0 else ""
+    turn = f"if the depth signal decreases with wear, {listed}; otherwise, " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
@@ -569,7 +570,7 @@ def _thermal_drift(run: RawRun) -> str:
     seen = np.empty(0) if recorded is None else recorded[np.isfinite(recorded)]
     moved = float(np.ptp(seen)) if len(seen) else 0.0
     if moved > _STEADY_TEMPERATURE:
-        return f"thermal drift is likely, since the temperature changed by {moved:.2g} K: keep it steady"
+        return f"thermal drift is likely, since the temperature changed by {moved:.2g} K: keep it constant"
     return remedy if not len(seen) else remedy.removesuffix(", and record the temperature")
 
 
@@ -671,6 +672,6 @@ def axis_offset(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
-                "preprocessing subtracts the start if another axis shows it was carried over from an earlier test; "
-                'otherwise write carried_over = "always" in the recipe, or record from the start',
+                "preprocessing subtracts the initial value if another axis shows that it was carried over from an "
+                'earlier test; otherwise, write carried_over = "always" in the recipe, or record from the start',
             )

@@ -181,7 +181,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
             yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the wear track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
-            f"the wear track was measured at {len(end.disc_profile)} of at least {FEWEST_PLACES} positions: its "
+            f"the wear track was measured at {len(end.disc_profile)} of the {FEWEST_PLACES} recommended positions: its "
             "variation along the track is largely unknown"
         )
 

@@ -59,7 +59,7 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
         return
     if start:
         offset = Quantity(value=float(start), unit=SIGNALS[name].unit)
-        bench.put(name, axis - start, f"start of {offset} subtracted", why, offset=offset)
+        bench.put(name, axis - start, f"initial value of {offset} subtracted", why, offset=offset)
 
 
 def _lead(axis: Column) -> float:
@@ -70,4 +70,4 @@ def _lead(axis: Column) -> float:
 
 
 def _count(restarts: int) -> str:
-    return "joined at its one restart" if restarts == 1 else f"joined at {restarts} restarts"
+    return "joined at the only restart" if restarts == 1 else f"joined at {restarts} restarts"

@@ -122,8 +122,8 @@ class Member:
             problem = ("a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
             raise FitError(
-                f"{self.id}: found a run without {' and '.join(problem)}; expected depth, a post-test measurement "
-                "and, for a law with friction, friction; remove it from the study"
+                f"{self.id}: found a run without {' and '.join(problem)}; expected a depth signal, a post-test "
+                f"measurement and, for a law with friction, a friction signal; remove it from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"
@@ -160,7 +160,7 @@ def copies_note(members: Sequence[Member]) -> tuple[str, ...]:
             if original != member.id:
                 return (
                     f"warning: found the same recording in {original} and {member.id}; expected independent tests, "
-                    "since u(k_D) is too small if one counts twice; remove one of them from the study",
+                    "since u(k_D) is too small if one test is counted twice; remove one of them from the study",
                 )
     return ()
 

@@ -163,7 +163,7 @@ def _doubts(corrected: CorrectedRun, recipe: Recipe) -> tuple[str, ...]:
         return ()
     where = ", ".join(show(stop.place, None, "m") for stop in anew)
     return (
-        f"the depth sensor was restarted at {where}, which two-step correction does not take into account; use the "
+        f"the depth sensor was restarted at {where}, which the two-step correction does not take into account; use the "
         "default "
         'correction, correction = "model"',
     )

@@ -177,7 +177,7 @@ def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Fin
     if abs(two_step.value - found) > MOST_DEVIATION * spread:
         yield _finding(
             "two_step_differs",
-            f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} with two-step correction and "
+            f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} with the two-step correction and "
             f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the complete depth signal",
             'use the default correction, correction = "model"',
         )
@@ -217,7 +217,7 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
         code="no_post_test_measurement",
         where="end_values",
         message=(
-            f"found no post-test measurement of the pin; k_D is from the {source}, with an assumed drift of "
+            f"found no post-test measurement of the pin; k_D is based on the {source}, with an assumed drift of "
             f"0 ± {drift} over the test"
         ),
         remedy="measure the scar and state it as end_values.pin_scar_diameter",
@@ -239,7 +239,7 @@ def _unseen_groove(problem: DepthProblem) -> Finding:
 
 
 def _no_track_measured(severity: Severity, relative: float, recipe: Recipe) -> Finding:
-    beyond = "" if severity == "note" else "; the groove can be much deeper where the disc is softer than the pin"
+    beyond = "" if severity == "note" else "; the groove can be much deeper if the disc is softer than the pin"
     return Finding(
         severity=severity,
         code="disc_not_measured",
@@ -250,8 +250,8 @@ def _no_track_measured(severity: Severity, relative: float, recipe: Recipe) -> F
             f"as the wear of the pin{beyond}"
         ),
         remedy=(
-            "measure the track and state it as end_values.disc_wear_depth; if no track is visible, 0 nm with its "
-            "uncertainty"
+            "measure the track and state it as end_values.disc_wear_depth; if no track is visible, state 0 nm with "
+            "its uncertainty"
         ),
     )
 
@@ -277,15 +277,15 @@ def _stop_contradicts(law: str, place: float, deviation: float) -> Finding:
         "wear_rate_changes",
         f"under {law}, the pin wear measured after {show(float(f'{place:.4g}'), None, 'm')} is {abs(deviation):.1f} "
         f"standard uncertainties {'larger' if deviation > 0 else 'smaller'} than expected from the measurement at the "
-        "end; k_D is from the measurement at the end, the mean over the test",
-        "check both measurements; if they are correct, divide the test there, or fit a law with running-in",
+        "end; k_D is based on the measurement at the end and is the mean over the test",
+        "check both measurements; if they are correct, split the test there, or fit a law with running-in",
     )
 
 
 def _consequence(two_step: Quantity | None) -> str:
     if two_step is None:
-        return "the depth signal is not used, and k_D is from the measurement"
-    return "two-step correction attributes the difference to drift"
+        return "the depth signal is not used, and k_D is based on the measurement"
+    return "the two-step correction attributes the difference to drift"
 
 
 def _misfit(problem: DepthProblem) -> Finding:
@@ -297,7 +297,7 @@ def _misfit(problem: DepthProblem) -> Finding:
             "wear_rate_changes",
             f"under {law}, k_D after about {where} is {change.ratio:.2g} times that before; the reported k_D is the "
             "mean over the test",
-            "divide the test there, or fit a law with running-in",
+            "split the test there, or fit a law with running-in",
         )
     size = _size(problem)
     settles = posterior.settling_probability > _PROBABLE
@@ -306,7 +306,7 @@ def _misfit(problem: DepthProblem) -> Finding:
         return _finding(
             "reading_follows_temperature",
             f"in addition to wear, the depth signal {follows} by {size} ({law}); the fit includes this",
-            "keep the room temperature steady, or let the rig warm up before the test",
+            "keep the room temperature constant, or let the rig warm up before the test",
         )
     if settles:
         return _finding(

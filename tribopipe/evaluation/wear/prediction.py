@@ -247,8 +247,8 @@ def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
 def _step_notes(scenario: Scenario, places: Column, error: float | None, steps: int | None) -> Iterator[str]:
     if error is None or steps is None or abs(error) < _NOTABLE_STEP_ERROR:
         return
-    side, step = "too deep" if error > 0 else "too shallow", float(places.max()) / steps
+    side, step = "large" if error > 0 else "small", float(places.max()) / steps
     yield (
-        f"{steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit} end {100 * abs(error):.2f} % {side}; "
-        "the exact scheme does not have this error"
+        f"with {steps:,} Euler steps of {step:.3g} {scenario.contact.progress.unit}, the final depth is "
+        f"{100 * abs(error):.2f} % too {side}; the exact scheme does not have this error"
     )

@@ -150,6 +150,6 @@ def _colliding(archive: Path) -> Iterator[Look]:
         alike[name.casefold()].append(name)
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
-        message = f"found {', '.join(names[1:])}, which differs only in upper and lower case; expected different ids"
+        message = f"found {', '.join(names[1:])}, which differs only in upper and lower case; expected different IDs"
         look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
         yield look

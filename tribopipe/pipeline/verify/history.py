@@ -164,7 +164,7 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
         return entry("adopted", look.name, after=state)
     if known.foreign:
         message = f"found that the file was replaced before it was changed on {known.foreign}; expected the file"
-        look.error("history", f"{message} written before", f"compare it with a copy; {mend}")
+        look.error("history", f"{message} that tribopipe had written", f"compare it with a copy; {mend}")
     elif state is None and None not in known.states:
         look.error(
             "history",

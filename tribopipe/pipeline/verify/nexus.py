@@ -122,7 +122,8 @@ def _definition_faults(root: Group) -> Iterator[Fault]:
     said = root.at(_DEFINITION)
     named = said.text if isinstance(said, Field) else None
     if named is None or named not in definitions():
-        yield Fault(_DEFINITION, f"found {named!r}; expected one of {', '.join(definitions())}")
+        found = "no definition" if named is None else repr(named)
+        yield Fault(_DEFINITION, f"found {found}; expected one of {', '.join(definitions())}")
         return
     definition = definitions()[named]
     if isinstance(said, Field) and said.attributes.get("version") != str(definition.version):

@@ -63,7 +63,7 @@ def make_each(
     """
     if wanted.id is not None:
         raise ManifestError(
-            f"--id {wanted.id}: found one id for several runs; expected no id, since each run is named after its file; "
+            f"--id {wanted.id}: found one ID for several runs; expected no ID, since each run is named after its file; "
             "remove --id"
         )
     measured = None if ends is None else read_ends(ends)
@@ -117,7 +117,7 @@ def _plans_of_files(
             if plan.target.exists():
                 why = f"{plan.target} already exists"
             elif any(plan.target == other.target for other in plans):
-                why = f"another file is already used for the run {plan.draft.id}; specify a different id with --id"
+                why = f"another file is already used for the run {plan.draft.id}; specify a different ID with --id"
             else:
                 plans.append(plan)
         if why:

@@ -231,7 +231,7 @@ def refuse_places(plans: Sequence[RunPlan]) -> None:
         _refuse_taken(plan.target)
         if plan.target in taken:
             raise ManifestError(
-                f"{plan.target}: found two runs with that id; expected a unique id for each run; rename the "
+                f"{plan.target}: found two runs with that ID; expected a unique ID for each run; rename the "
                 "sheets or rows, or create each run separately with --sheet and --id"
             )
         taken.add(plan.target)
@@ -327,7 +327,7 @@ def _refuse_taken(target: Path) -> None:
     if target.exists() or target.is_symlink():
         raise ManifestError(
             f"{target}: found an existing folder; expected no folder of this name, since runs are never "
-            "overwritten; choose another id with --id, or another folder with --into"
+            "overwritten; choose another ID with --id, or another folder with --into"
         )
 
 

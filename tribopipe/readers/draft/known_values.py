@@ -274,7 +274,7 @@ class Known:
     def in_dispute(self) -> list[str]:
         """Name the keys for which different values are offered, so that none is taken."""
         return [
-            f"{key} is left open: " + "; ".join(f"{one.value}, {one.why}" for one in found)
+            f"{key} is not filled in: " + "; ".join(f"{one.value}, {one.why}" for one in found)
             for key, found in self.doubts.items()
             if key not in self.given and len(found) > 1 and self.offered(key) is None
         ]

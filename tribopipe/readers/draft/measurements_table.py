@@ -115,7 +115,7 @@ def read_ends(path: Path) -> EndsTable:
         run = row.cells[0].strip() if row.cells else ""
         if not run:
             raise ManifestError(
-                f"{path.name}, line {row.line}: found a row without a run; expected the run id or the file name; "
+                f"{path.name}, line {row.line}: found a row without a run; expected the run ID or the file name; "
                 "enter it, or delete the row"
             )
         before = found.get(run.casefold())
@@ -170,8 +170,8 @@ def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
     """Report what the columns behind the first are. Raises ``ManifestError`` where that is unclear."""
     if plain(head.cells[0]) not in _RUN:
         raise ManifestError(
-            f"{file}, line {head.line}: found the first column {head.cells[0]!r}; expected the column 'run', with "
-            "the id or the file name of each run; rename the column, or put the column 'run' first"
+            f"{file}, line {head.line}: found the first column {head.cells[0]!r}; expected the column 'run', with the "
+            f"ID or the file name of each run; rename the column, or put the column 'run' first"
         )
     columns: list[_Column] = []
     unused: dict[int, str] = {}

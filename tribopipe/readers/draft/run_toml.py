@@ -86,7 +86,7 @@ def mapped_columns(export: Export, told: Mapping[str, Any], told_by: str, track_
 def _with_open_units(export: Export, found: list[Mapped]) -> list[Mapped]:
     """Propose the units that the header leaves open, by the identities that hold with them."""
     return [
-        one._replace(unit=unit.unit, doubt=f"{NO_UNIT}; {unit.unit} is proposed by {unit.why}")
+        one._replace(unit=unit.unit, doubt=f"{NO_UNIT}; {unit.unit} is suggested by {unit.why}")
         if one.doubt == NO_UNIT and (unit := export.open_units.get(one.column.name))
         else one
         for one in found

@@ -74,7 +74,9 @@ def take_radius(known: Known) -> None:
     stated = half if whole.standard_uncertainty is None else {"value": half, "standard_uncertainty": unsure}
     problem = known.take(_RADIUS, stated, origin)
     if problem is not None:
-        known.dissent.append(f"the radius of the pin is not taken from its diameter of {whole.shown('mm')}: {problem}")
+        known.dissent.append(
+            f"the radius of the pin is not calculated from its diameter of {whole.shown('mm')}: {problem}"
+        )
 
 
 def _set(known: Known, setting: str) -> None:
@@ -193,7 +195,7 @@ def doubt_names(known: Known, names: Iterable[str]) -> None:
             if stated is not None and not (len(fitting) == 1 and alike(key, stated.value, value)):
                 known.object(key, f"{values[value]!r} in the file name")
             elif stated is None and len(fitting) == 1:
-                known.offer(key, value, f"probable from the file name, {values[value]!r}")
+                known.offer(key, value, f"suggested by the file name, {values[value]!r}")
             elif stated is None:
                 known.doubt(key, value, f"the file name contains {values[value]!r} and another value")
 

@@ -130,7 +130,9 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
         unit = None if column.name in open_ else column.unit
         meant.append(replace(column, unit=unit, signal=signal if known else None))
     if any(one.signal == "depth" and _bracketed(one.name) is None for one in meant):
-        notes.append("Displacement is assumed to be in µm, as written by the program; no identity confirms this")
+        notes.append(
+            "Displacement is assumed to be in µm, as written by the program; no relation between columns confirms this"
+        )
     return tuple(meant), notes
 
 
@@ -176,7 +178,8 @@ def _contradicted(roles: Mapping[Role, ReadColumn]) -> tuple[set[str], list[str]
     broken = {one: ratio for one, ratio in held.items() if abs(ratio - 1) > NEAR}
     names = {roles[role].name for one in broken for role in one.roles if role not in good and role != "time"}
     notes = [
-        f"{one.formula} does not hold in {_units_of(one, roles)}: the ratio of left to right is {ratio:.3g}"
+        f"{one.formula} does not hold in {_units_of(one, roles)}: the ratio of the left side to the right side is "
+        f"{ratio:.3g}"
         for one, ratio in broken.items()
     ]
     listed = ", ".join(map(repr, sorted(names)))

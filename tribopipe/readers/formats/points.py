@@ -161,7 +161,7 @@ def _with_header(text: Text, lines: list[str], rows: list[Row], body: int, separ
         else:
             raise ReaderError(
                 f"{text.name}, line {row.line}: found {' '.join(cells)[:40]!r} above columns without names; expected "
-                "no other line above them than units of length or the number of points; specify the columns in "
+                f"no line above them except one with length units or the number of points; specify the columns in "
                 "run.toml"
             )
     table = Table(

@@ -123,9 +123,9 @@ def test_sentence(runs: Sequence[RunOutline]) -> str:
     media = _several(run.manifest.conditions.medium for run in runs if run.manifest.conditions.medium)
     loads = _several(load_of(run) for run in sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value))
     parts = [
-        bodies or "bodies that are not described",
+        bodies or "unspecified bodies",
         f" in {media}" if media else "",
-        f", under {loads}",
+        f", under a load of {loads}",
         _course_of(runs),
     ]
     return "".join(parts) + "."

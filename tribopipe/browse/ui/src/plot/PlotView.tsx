@@ -106,7 +106,7 @@ function LineKinds({ panels, colouring }: { panels: Panel[]; colouring: Colourin
   const colour = useColours();
   const kinds = kindEntries(panels.map((panel) => styledPanel(panel, colouring, colour)));
   return (
-    <ul className="plot-kinds" aria-label="Line types">
+    <ul className="plot-kinds" aria-label="Line styles">
       {kinds.map(({ key, name, stroke, kind }) => (
         <li key={key}>
           <Sample stroke={stroke} kind={kind} />

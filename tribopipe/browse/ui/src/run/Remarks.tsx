@@ -5,7 +5,7 @@ import { moment } from "./words";
 
 const SAID: Record<Remark["kind"], { word: string; sign: string; tone: "plain" | "bad" | "good" }> = {
   bad: { word: "marked bad", sign: "✕", tone: "bad" },
-  good: { word: "marked good again", sign: "✓", tone: "good" },
+  good: { word: "bad mark removed", sign: "✓", tone: "good" },
   tag: { word: "tagged", sign: "+", tone: "plain" },
   untag: { word: "tag removed", sign: "−", tone: "plain" },
   note: { word: "note", sign: "“", tone: "plain" },

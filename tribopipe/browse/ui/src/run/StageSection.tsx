@@ -39,7 +39,7 @@ function StagePlot({ run, offer }: { run: Run; offer: PlotOffer }) {
   if (isWear(offer)) {
     return (
       <p className="soft">
-        See its curve <a href="#result">next to the result</a>.
+        The wear curve is shown <a href="#result">next to the result</a>.
       </p>
     );
   }

@@ -123,7 +123,7 @@ function Plotted({ rows, x, y, log }: PlottedProps) {
   const groups = all.map((group) => ({ ...group, points: group.points.filter((point) => isOnAxes(point, log)) }));
   const left = count(all) - count(groups);
   const notes = missing(rows, [x, y]);
-  if (left > 0) notes.push(`${left === 1 ? "1 run is" : `${left} runs are`} not shown on the logarithmic axes: not positive.`);
+  if (left > 0) notes.push(`${left === 1 ? "1 run is" : `${left} runs are`} not shown: logarithmic axes require positive values.`);
 
   return (
     <>

@@ -76,7 +76,7 @@ function NoStudies() {
         To draft one, run <code>tribopipe study new --archive {archive?.folder ?? "…"}</code>
       </p>
       <p>
-        then evaluate it with <code>tribopipe study run study.toml</code>
+        Then evaluate it with <code>tribopipe study run study.toml</code>
       </p>
     </Empty>
   );

@@ -18,7 +18,7 @@ export function NoRuns({ archive }: { archive: Archive }) {
       <p>
         Archive a run folder with <code>tribopipe ingest run/ --archive {archive.folder}</code>
       </p>
-      <p>It is shown here as soon as it is archived.</p>
+      <p>The run is shown here as soon as it is archived.</p>
     </Empty>
   );
 }

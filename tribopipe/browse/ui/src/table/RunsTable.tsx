@@ -24,7 +24,7 @@ interface Props {
 }
 
 const BEYOND = 15;
-const ID: Column = { name: "id", label: "run", unit: "", help: "Name of the run", kind: "text", shown: true };
+const ID: Column = { name: "id", label: "run", unit: "", help: "ID of the run", kind: "text", shown: true };
 
 /** The runs; only the rows in sight are in the document. */
 export function RunsTable({ columns, all, rows, sort, stale, selected, onSort, onSelect }: Props) {
