@@ -267,7 +267,7 @@ def test_id_taken_by_other_content_is_refused(run_cli, other_run, archive, comma
     before = tree_bytes(archive)
     set_key(other_run, "medium", '"nitrogen"')
     result = run_cli(command, other_run, "--archive", archive, "--force")
-    assert_refused(result, "si3n4-air-200mN.h5", "different content", "or another id", "--amend")
+    assert_refused(result, "si3n4-air-200mN.h5", "different content", "or another ID", "--amend")
     assert tree_bytes(archive) == before
 
 

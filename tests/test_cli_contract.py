@@ -184,7 +184,7 @@ def test_radius_that_nothing_can_be_compared_with_is_named_without_being_asked(r
     set_key(sample_run, "radius", '"1.588 mm"')
     said = run_cli("ingest", sample_run, "--archive", archive)
     assert said.exit_code == 0
-    assert "si3n4-air-400mN: note: contact.pin.radius: found a radius of 1.588 mm, a ball of 3.176 mm" in said.stderr
+    assert "si3n4-air-400mN: note: contact.pin.radius: found a radius of 1.588 mm (a ball 3.176 mm" in said.stderr
 
 
 def test_check_tells_of_every_run_though_one_cannot_be_read(run_cli, sample_run, other_run):

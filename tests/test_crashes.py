@@ -362,7 +362,7 @@ def test_where_one_run_cannot_be_written_the_others_are(run_cli, archive, monkey
 def test_an_archive_that_has_gone_is_not_begun_anew(store, tmp_path):
     run = store.raw(RUN)
     shutil.move(store.folder, tmp_path / "elsewhere")
-    with pytest.raises(ArchiveError, match="found that the archive folder is gone"):
+    with pytest.raises(ArchiveError, match="found that the archive folder no longer exists"):
         store.add(run)
     assert not store.folder.exists()
 

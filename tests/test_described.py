@@ -195,11 +195,13 @@ def test_polynomial(made):
 
 @pytest.mark.parametrize("held", ["points = [[0, 0], [1.5, 3]]", "polynomial = [0, 2]\nrange = [0, 1.5]"])
 def test_nothing_is_extrapolated(made, held):
-    with pytest.raises(ReaderError, match=r"found 2 V in row 3 of the table, outside the calibration 'c' from 0 to 1"):
+    with pytest.raises(
+        ReaderError, match=r"found 2 V in row 3 of the table, outside the range of the calibration 'c', 0 to 1"
+    ):
         calibrated(made, held)
     table = calibrated(made, f'{held}\noutside = "missing"')
     assert table.columns[2].values == pytest.approx([0, 2, np.nan, np.nan], nan_ok=True)
-    assert table.notes[-1].endswith("; 1 readings outside the calibration 'c' from 0 to 1.5 V are missing")
+    assert table.notes[-1].endswith("; 1 readings outside the range of the calibration 'c', 0 to 1.5 V are missing")
 
 
 def test_scale_comes_before_the_calibration(made):

@@ -210,7 +210,7 @@ def test_several_profiles_tell_their_mean_and_how_far_they_scatter():
     scatter = np.std(shares, ddof=1) / math.sqrt(5) * math.sqrt(4 / 2)
     assert found.depth.standard_uncertainty / depth == pytest.approx(scatter, rel=0.05)
     few = run_of(described(conditions=CIRCLE, disc_profile=files[:2]), dict(list(profiles.items())[:2]))
-    assert any("2 of at least 4 positions" in note for note in pin_on_disc_wear(few, DEFAULTS).notes)
+    assert any("2 of the 4 recommended positions" in note for note in pin_on_disc_wear(few, DEFAULTS).notes)
 
 
 def test_depth_of_the_disc_is_part_of_what_the_sensor_saw():

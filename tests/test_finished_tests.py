@@ -108,7 +108,7 @@ def test_what_is_missing_is_named(run_cli, lab):
     ("rows", "head", "told"),
     [
         ((ROWS[0], ROWS[0]), HEAD, "line 3: found the run 'A1' twice, first in line 2"),
-        (("A 2;5;1;9;6;400", "A-2;5;1;9;6;400"), HEAD, "A-2: found two runs with that id"),
+        (("A 2;5;1;9;6;400", "A-2;5;1;9;6;400"), HEAD, "A-2: found two runs with that ID"),
         (("A1;5;0.1;500;400",), "run;normal load [N];sliding speed [m/s];sliding distance [m];scar diameter", "unit"),
         (
             ("A1;5;0.1;500;4",),

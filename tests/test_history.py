@@ -692,7 +692,7 @@ def test_a_removed_run_is_listed_no_more_and_comes_back(run_cli, folder):
     content = (folder / FILES[1]).read_bytes()
     refused = run_cli("remove", OTHER, "--archive", folder)
     assert refused.exit_code == 1
-    assert refused.stderr.startswith(f"error: {folder / FILES[1]}: found a run of the study {STUDY};")
+    assert refused.stderr.startswith(f"error: {folder / FILES[1]}: found a run that belongs to the study {STUDY};")
     done = run_cli("remove", OTHER, "--force", "--archive", folder, "--json")
     (file,) = json.loads(done.stdout)["files"]
     assert (done.exit_code, file["id"], file["error"]) == (0, OTHER, None)

@@ -59,7 +59,7 @@ def test_any_text_is_an_orcid_or_told(text):
         found = orcid(text)
         assert written(found.replace("-", "")[:15]) == found
     else:
-        with pytest.raises(ValueError, match="expected an ORCID"):
+        with pytest.raises(ValueError, match="expected an ORCID iD"):
             orcid(text)
 
 
@@ -93,7 +93,7 @@ def test_any_other_text_is_told(read, text):
         ('licence = "MIT OR CC0-1.0"', "licence: found 'MIT OR CC0-1.0'; expected a license"),
         ('doi = "zenodo"', "doi: found 'zenodo'; expected a DOI"),
         ('published = "soon"', "published: found 'soon'"),
-        ('publisher = { name = "KIT", ror = "kit" }', "publisher.ror: found 'kit'; expected a ROR"),
+        ('publisher = { name = "KIT", ror = "kit" }', "publisher.ror: found 'kit'; expected a ROR ID"),
         ('language = "English"', "language: found 'English'"),
         ('creators = [{ given_name = "A" }]', "creators[0].family_name: missing; add this key"),
         ('creators = [{ family_name = "A", orcid = "0000-0002-1825-0098" }]', "creators[0].orcid: found"),

@@ -323,6 +323,6 @@ def test_real_file_of_three_segments(name):
     assert column(table, "fz_N").values[:3].tolist() == [13.157429, 13.158075, 13.156782]
     assert table.facts == {"started": "2017-09-25T13:45:59", "operator": "ladmin"}
     assert [note.split(":")[0] for note in table.notes] == [
-        "numbers of rows differ from the header",
+        "the numbers of rows differ from those in the header",
         "segments identical to the one before",
     ]

@@ -163,7 +163,7 @@ def test_a_broken_export_stops_no_other_and_is_a_failure(run_cli, lab):
 
 def test_one_id_for_several_runs_and_an_empty_folder_are_refused(run_cli, lab):
     month(lab, 1)
-    assert "found one id for several runs" in run_cli("new", "exports", "--id", "x").stderr
+    assert "found one ID for several runs" in run_cli("new", "exports", "--id", "x").stderr
     (lab / "empty").mkdir()
     assert "found no export" in run_cli("new", "empty").stderr
 

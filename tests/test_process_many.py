@@ -97,7 +97,7 @@ def test_an_archive_that_a_worker_does_not_see_is_not_begun_there(tmp_path, samp
     sent = pickle.dumps(Archive(folder))
     assert pickle.loads(sent).folder == folder  # noqa: S301
     folder.rmdir()
-    with pytest.raises(ArchiveError, match="found that the archive folder is gone"):
+    with pytest.raises(ArchiveError, match="found that the archive folder no longer exists"):
         ingest(sample_run, pickle.loads(sent))  # noqa: S301
     assert not folder.exists()
 

@@ -110,7 +110,10 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
     run_in, archard = (virtual(series, 1, law, recipe)[1] for law in ("running_in", "archard"))
     assert run_in.first.wear_coefficient.value == pytest.approx(archard.first.wear_coefficient.value, rel=1e-9)
     assert str(run_in.parameters[0].value) == "0"
-    assert "excess was fitted at 0 and is fixed there: k_D and its uncertainty are those without it" in run_in.notes
+    assert (
+        "excess is fixed at its fitted value of 0: k_D and its uncertainty are those without this parameter"
+        in run_in.notes
+    )
 
 
 def test_parameters_that_a_run_does_not_determine_are_stated():

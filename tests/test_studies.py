@@ -632,7 +632,7 @@ def test_two_documents_of_one_id_are_refused(tmp_path):
         load_studies(paths)
     said = str(refused.value)
     assert "\n" not in said
-    assert_says(said, *map(str, paths), "id: found 'air'", "expected a unique id for each study", "change one")
+    assert_says(said, *map(str, paths), "id: found 'air'", "expected a unique ID for each study", "change one")
     assert load_studies(paths[:1]) == [STUDY]
 
 

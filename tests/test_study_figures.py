@@ -129,7 +129,7 @@ def test_wear_figure_says_of_each_load_what_the_law_makes_of_it(studied):
     figure = wear_figure(studied, SI3N4)
     law = studied.study("si3n4").result.law("archard")
     outcomes = [run.outcome for run in law.runs[:0:-1]]
-    loads = [f"{load} mN, predicted: {AGREEMENT[outcome]}" for load, outcome in zip((800, 400), outcomes, strict=True)]
+    loads = [f"{load} mN, {AGREEMENT[outcome]}" for load, outcome in zip((800, 400), outcomes, strict=True)]
     assert labels(figure)[:3] == [*loads, "200 mN, fitted"]
     (ax,) = figure.axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("sliding distance s / m", "pin wear depth / µm")
