@@ -21,7 +21,7 @@ By = Annotated[str | None, typer.Option("--by", help="Author; default: the curre
 
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="ID of an archived run.", metavar="ID", autocompletion=archived_ids)],
-    reason: Annotated[str, typer.Option("--reason", help="Reason; kept with the run.")],
+    reason: Annotated[str, typer.Option("--reason", help="Reason; stored with the run.")],
     undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -150,7 +150,7 @@ def logged_in() -> str | None:
         return None
 
 
-OfStudies = Annotated[bool, typer.Option("--study", help="The IDs refer to studies instead of runs.")]
+OfStudies = Annotated[bool, typer.Option("--study", help="Treat the IDs as those of studies instead of runs.")]
 
 
 def removed_ids(context: typer.Context) -> list[str]:

@@ -150,7 +150,7 @@ def import_crate(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
-    """Import the runs and studies of an exported dataset.
+    """Import the runs and studies of an exported data set.
 
     Every file is checked against its SHA-256 in the crate and against its seal. Runs and studies that are already in
     the archive are left unchanged; an ID that is already used for different content is an error. The dataset.toml of

@@ -134,15 +134,15 @@ def export_runs(
             "--output",
             "-o",
             help="File to write: .csv, .xlsx (Excel, Origin), .tex (LaTeX with booktabs and siunitx) or .md "
-            "(Markdown); by default CSV on stdout.",
+            "(Markdown); default: CSV on stdout.",
         ),
     ] = None,
     decimal_comma: Annotated[
         bool,
         typer.Option(
             "--decimal-comma",
-            help="Write 0,5 instead of 0.5: in LaTeX, or in CSV with semicolons, as Excel expects in most European "
-            "languages.",
+            help="Write 0,5 instead of 0.5, in LaTeX, or in CSV with semicolons as separators, as Excel expects in "
+            "most European languages.",
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -229,7 +229,7 @@ def umeshmotion(
     force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write a user subroutine of an identified wear law for ABAQUS.
+    """Write a user subroutine for ABAQUS with an identified wear law.
 
     It also writes the step for an input file, a harness that calls the subroutine without ABAQUS, and notes. The
     subroutine has been compiled and run with the harness, but not in ABAQUS.

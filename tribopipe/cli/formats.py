@@ -67,7 +67,7 @@ def detect_formats(
     sheet: SheetName = None,
     as_json: AsJson = False,
 ) -> None:
-    """Detect the format of files, and show what is in them.
+    """Detect the format of files and show their contents.
 
     Exit code 1 if no format is recognized.
     """

@@ -178,7 +178,9 @@ def show(
     path: Annotated[
         str | None, typer.Option(help="Part of the run's HDF5 file to show, such as /entry/wear.", metavar="PATH")
     ] = None,
-    rows: Annotated[int, typer.Option(help="Number of first and last rows to show of a part.", min=1)] = 5,
+    rows: Annotated[
+        int, typer.Option(help="Number of rows to show at the beginning and at the end of a part.", min=1)
+    ] = 5,
     plot: Plot = False,
     radius: Radius = None,
     position_unit: PositionUnit = None,

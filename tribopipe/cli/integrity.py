@@ -102,7 +102,7 @@ Into = Annotated[Path, typer.Option("--to", help="Output folder for run folders.
 
 
 def rescue(files: Files, into: Into, as_json: AsJson = False) -> None:
-    """Save the source files inside damaged files of an archive.
+    """Recover the source files from damaged files of an archive.
 
     Intact source files are written into run folders. The damaged files are not changed. Recompute the results with
     `tribopipe process`; marks, tags and notes cannot be recovered from source files.

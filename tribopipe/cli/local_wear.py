@@ -79,8 +79,8 @@ def local_wear(
         Course,
         typer.Option(
             help=(
-                "Pressure at the end of each step (implicit), at its start as in the paper (explicit), or "
-                "economy as in UMESHMOTION: the contact is corrected instead of being solved again."
+                "Scheme: implicit uses the pressure at the end of each step, explicit that at its start, as in the "
+                "paper; economy corrects the contact instead of solving it again, as in UMESHMOTION."
             ),
         ),
     ] = "implicit",

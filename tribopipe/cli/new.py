@@ -37,7 +37,9 @@ def new(
     reader: ReaderName = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option("--set", help="Key of run.toml and its value: conditions.normal_load='5 N'.", metavar="KEY=VALUE"),
+        typer.Option(
+            "--set", help="Key of run.toml and its value, such as conditions.normal_load='5 N'.", metavar="KEY=VALUE"
+        ),
     ] = None,
     profiles: Annotated[
         list[str] | None,

@@ -93,19 +93,22 @@ def predict(
     at: Annotated[
         list[str] | None,
         typer.Option(
-            help='Sliding distance to predict at, such as "500 m", or rotations of discs, such as "1e6"; may be '
+            help='Sliding distance at which to predict wear, such as "500 m", or rotations of discs, such as "1e6"; '
+            "may be "
             "repeated."
         ),
     ] = None,
     depth: Annotated[
         list[str] | None,
-        typer.Option(help='Wear depth at which to calculate the sliding distance, such as "30 um"; may be repeated.'),
+        typer.Option(help='Wear depth for which to calculate the sliding distance, such as "30 um"; may be repeated.'),
     ] = None,
     load: Annotated[str | None, typer.Option(help='Normal load, such as "400 mN"; default: that of the run.')] = None,
     speed: Speed = None,
     source: Annotated[
         list[str] | None,
-        typer.Option("--from", help="Archived run that identifies k_D; may be repeated.", autocompletion=archived_ids),
+        typer.Option(
+            "--from", help="Archived run from which k_D is identified; may be repeated.", autocompletion=archived_ids
+        ),
     ] = None,
     target: Annotated[
         list[str] | None,

@@ -40,7 +40,9 @@ def report(
     customer: Annotated[
         bool, typer.Option("--customer", help="Omit internal advice, tags, notes and options.")
     ] = False,
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write PDF using an installed Chromium, Chrome or Edge.")] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Write a PDF file, using an installed Chromium, Chrome or Edge.")
+    ] = False,
     run: Annotated[bool, typer.Option("--run", help="Report the run if a study has the same ID.")] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Replace = False,

@@ -44,7 +44,7 @@ def correct_drift(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
 ) -> None:
-    """Correct archived runs for linear drift of the depth signal.
+    """Correct the depth signal of archived runs for drift.
 
     The correction is anchored on the post-test measurement.
     """

@@ -47,7 +47,7 @@ def new(
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     force: Replace = False,
 ) -> None:
-    """Draft a study for each set of runs of the same bodies.
+    """Draft a study for each set of runs with the same bodies.
 
     The runs at the lightest load are fitted, the others are predicted.
 
@@ -119,7 +119,7 @@ def _archived(store: "Archive") -> list[_Candidate]:
 
 @study_app.command("run")
 def run(
-    path: Annotated[Path, typer.Argument(help="study.toml.", metavar="STUDY")],
+    path: Annotated[Path, typer.Argument(help="Path of study.toml.", metavar="STUDY")],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     force: Force = False,
@@ -157,7 +157,7 @@ def show(
     verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Show an archived study, or list them."""
+    """Show an archived study, or list all studies."""
     from tribopipe.base.errors import ArchiveError
 
     store = load_archive(archive)
@@ -212,11 +212,13 @@ def figures(
         list[str] | None,
         typer.Argument(help="IDs of studies; default: all.", metavar="ID", autocompletion=archived_studies),
     ] = None,
-    into: Annotated[Path | None, typer.Option("--into", help="Folder; default: figures/ in the archive.")] = None,
+    into: Annotated[
+        Path | None, typer.Option("--into", help="Output folder; default: figures/ in the archive.")
+    ] = None,
     formats: FigureFormats = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
 ) -> None:
-    """Draw the figures of a study: wear under each law, friction, k_D."""
+    """Draw the figures of a study: wear with each law, friction, k_D."""
     from tribopipe.pipeline.output_paths import require_folder
     from tribopipe.views.archived_figures import save_study_figures
 

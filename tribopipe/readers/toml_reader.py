@@ -48,7 +48,7 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
     except ReaderError:
         raise ReaderError(
             f"{file}: found a search for {pattern!r} that does not end; expected a pattern that matches or fails "
-            "immediately; simplify the pattern, without nested repetition"
+            "immediately; simplify the pattern and avoid nested repetition"
         ) from None
     return None if found is None else (found[0], found[1])
 

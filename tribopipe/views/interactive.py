@@ -140,7 +140,7 @@ def residual(fit: WearFit) -> "Series[float]":
     table = fit_frame(fit)
     if "residual" not in table:
         raise unknown_name(
-            f"{fit.model} fit", "residual", map(str, table), "fit.measurements has each value with the fitted one"
+            f"{fit.model} fit", "residual", map(str, table), "fit.measurements contains each value with the fitted one"
         )
     found: Series[float] = table["residual"]
     found.attrs["units"] = "m"

@@ -139,7 +139,7 @@ def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Te
 def _unknown(column: ListedColumn, operator: str, where: str) -> Term:
     if operator not in ("=", "!="):
         raise QueryError(
-            f"{where}: found {operator} none; expected = or != with none, a missing value; change the operator"
+            f"{where}: found {operator} none; expected = or != with none (a missing value); change the operator"
         )
     return Term(column, operator, None)
 

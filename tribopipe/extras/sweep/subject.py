@@ -122,7 +122,7 @@ def _parameter(path: str, values: Values, subject: Subject[Any]) -> Parameter:
             else "a minimum less than the maximum"
         )
         raise ManifestError(
-            f"{subject.where}: vary.{path}: found an empty range from {told[0].cell:g} and {told[1].cell:g}; "
+            f"{subject.where}: vary.{path}: found an empty range, {told[0].cell:g} to {told[1].cell:g}; "
             f"expected {expected}; correct it"
         )
     return Parameter(path, told, values)

@@ -127,7 +127,10 @@ def _definition_faults(root: Group) -> Iterator[Fault]:
         return
     definition = definitions()[named]
     if isinstance(said, Field) and said.attributes.get("version") != str(definition.version):
-        yield Fault(_DEFINITION, f"found no version {definition.version}; expected that of the file's format")
+        yield Fault(
+            _DEFINITION,
+            f"found a version other than {definition.version}; expected the version for the format of the file",
+        )
     yield from _faults("", root, GroupPart("", "NXroot", "", (definition.entry,), attributes=_ROOT_ATTRIBUTES), root)
 
 
