@@ -283,4 +283,4 @@ def test_detect_proposes_units_and_names_the_steps(tmp_path, run_cli):
     made = make_run(Wanted([tmp_path / "a.csv"], tmp_path))
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert '# normal_force = { column = "Load", unit = "N" }' in text
-    assert "its unit is unknown; N is proposed by F_f/F_N = μ, m·g = F_N" in text
+    assert "its unit is unknown; N is suggested by F_f/F_N = μ, m·g = F_N" in text

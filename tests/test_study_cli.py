@@ -570,7 +570,7 @@ def test_process_refuses_a_study_that_cannot_be_read_before_it_begins(run_cli, l
 def test_process_refuses_two_studies_of_one_id_before_it_begins(run_cli, lab):
     write_study(lab / "runs", "again.study.toml", fit=[LIGHT])
     result = run_cli("process", "runs", "--recipe", "recipe.toml", cwd=lab)
-    assert_refused(result, "again.study.toml", "study.toml", "found 'air'", "change one of the ids")
+    assert_refused(result, "again.study.toml", "study.toml", "found 'air'", "change one of the IDs")
     assert not (lab / "archive").exists()
 
 
