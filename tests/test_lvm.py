@@ -256,7 +256,7 @@ def test_the_rest_of_an_exponent_is_not_taken_for_a_number():
 def test_rows_lost_at_the_end_are_noted():
     table = read(SMALL[: SMALL.rindex(b"13.262599") + 3])
     assert len(table.columns[0].values) == 4
-    assert any("line 39, the last one, has no line end and is omitted" in note for note in table.notes)
+    assert any("line 39, the last one, has no line ending and is omitted" in note for note in table.notes)
     assert any("segment 2 declares 2 and contains 1" in note for note in table.notes)
 
 

@@ -50,7 +50,7 @@ def test_last_line_without_an_end_is_kept_where_it_is_whole():
     assert len(read(READER, content).columns[0].values) == 15
     shorter = read(READER, content[:-1])
     assert len(shorter.columns[0].values) == 14
-    assert shorter.notes == ("the last line has no line end; it is omitted, since it may be truncated",)
+    assert shorter.notes == ("the last line has no line ending; it is omitted, since it may be truncated",)
 
 
 def test_a_cut_file_is_not_left_to_another_reader():

@@ -125,7 +125,7 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
         if keep_empty or layout.names[number] or not column.missing.all()
     )
     if text.unterminated and layout.width == layout.least:
-        notes.append("the last line has no line end; its last number may have been cut short")
+        notes.append("the last line has no line ending; its last number may have been cut short")
     return ReadTable(
         columns,
         layout.header,

@@ -191,7 +191,7 @@ def _add(gathered: _Gathered, part: Part, file: str) -> None:
     if length is not None and found != length:
         raise ReaderError(
             f"{file}: found {found:,} rows, but {length:,} in the previous files; expected one row per sample in "
-            "every file; merge them on one time base first"
+            "every file; first merge them on a common time base"
         )
     for name, values in part.columns.items():
         if name in gathered.columns:
@@ -208,7 +208,7 @@ def _refuse_difference(name: SignalName, before: Column, values: Column, file: s
         raise ReaderError(
             f"{file}: found values of {name} that differ from those in the previous files, first at sample "
             f"{different[0] + 1}; expected each signal once, or the same values in every file; map it in one file "
-            "only, or merge the files on one time base first"
+            "only, or first merge the files on a common time base"
         )
 
 

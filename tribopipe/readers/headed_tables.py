@@ -112,7 +112,7 @@ def without_cut_row(text: Text, separator: str) -> Text:
     if len(endings) > _ALIKE and endings[-1] is not None and len(set(endings)) == 1:
         return text
     end = max(text.content.rfind(sign) for sign in (b"\r", b"\n")) + 1
-    note = "the last line has no line end; it is omitted, since it may be truncated"
+    note = "the last line has no line ending; it is omitted, since it may be truncated"
     return replace(text, content=text.content[:end], notes=(*text.notes, note))
 
 

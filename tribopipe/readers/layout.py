@@ -113,7 +113,7 @@ def _cut_number(text: Text, table: Table) -> str | None:
     if len(above) < 2 or len(decimals) != 1 or not found or _decimals(found) >= decimals.pop():
         return None
     return (
-        f"last line: found {found!r} with fewer decimals than above and without a line end; expected complete rows; "
+        f"last line: found {found!r} with fewer decimals than above and without a line ending; expected complete rows; "
         "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
     )
 

@@ -229,7 +229,7 @@ def _without_cut_row(text: Text, segments: Sequence[Segment]) -> tuple[list[Segm
     above = _split(text.content[max(block.start, start - LONGEST_LINE) : start], last.layout.separator)[-_SAMPLE_ROWS:]
     if _is_whole(_split(text.content[start:], last.layout.separator), above):
         return list(segments), []
-    note = f"line {line_at(text, start)}, the last one, has no line end and is omitted, since it may be truncated"
+    note = f"line {line_at(text, start)}, the last one, has no line ending and is omitted, since it may be truncated"
     kept = [replace(last, block=block._replace(end=start))] if start > block.start else []
     return [*others, *kept], [note]
 

@@ -136,7 +136,7 @@ def _odd_slip(manifest: RunManifest) -> Iterator[Trouble]:
     if share is not None and (1e-5 <= share.value < 1e-3 or 1 < share.value <= 10):
         yield Trouble(
             _slip_key(manifest),
-            f"found a slip of {share.shown('%')}; expected 0.1 to 100 % in most tests",
+            f"found a slip of {share.shown('%')}; expected 0.1 to 100 %, as in most tests",
             'write four percent as "4 %" or 0.04, and check both speeds',
         )
 

@@ -274,8 +274,8 @@ class MeasurementProblem:
             )
         if not found[0] > 0:
             raise FitError(
-                f"wear fit: found no wear of the {first}; expected positive post-test measurements; test longer or "
-                "at a higher load"
+                f"wear fit: found no wear of the {first}; expected positive post-test measurements; run a longer "
+                f"test, or use a higher load"
             )
         return found
 

@@ -272,7 +272,7 @@ class WearProblem:
         if not float(self.end_depth(self.values)) > 0:
             raise FitError(
                 "wear fit: found a post-test measurement that shows no wear of the pin; expected a positive value; "
-                "test longer or at a higher load"
+                "run a longer test, or use a higher load"
             )
         found = float(self.solve(self.values))
         if not found > 0:

@@ -128,7 +128,7 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
     """Raise ``ContactError`` where increments would not come to an end, or make no sense."""
     if not increment * _MOST_INCREMENTS >= end:
         raise ContactError(
-            f"local wear: found increments of the amount of wear of {increment:.3g} up to {end:.3g}; expected at most "
+            f"local wear: found increments of {increment:.3g} up to an amount of wear of {end:.3g}; expected at most "
             f"{_MOST_INCREMENTS:,} increments; use longer increments"
         )
     if correct_every is not None and correct_every < 1:
@@ -148,7 +148,8 @@ def _stable(step: float, state: _State) -> float:
     limit = state.surface.stable_amount(state.contact)
     if step > limit:
         raise ContactError(
-            f"local wear: found an increment of the amount of wear of {step:.3g}; expected at most {limit:.3g} (SI "
-            "units), since a longer one causes a checkerboard pressure on this mesh; use shorter increments"
+            f"local wear: found an increment of {step:.3g} in the amount of wear; expected at most {limit:.3g} (SI "
+            "units), since a larger one causes a checkerboard pattern in the pressure on this mesh; use smaller "
+            "increments"
         )
     return step

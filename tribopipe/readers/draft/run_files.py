@@ -90,7 +90,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
         return
     raise ReaderError(
         f"{other}: found times that differ from {first}; expected channels over the same time base; create one run "
-        "per test, or merge the files on one time base first"
+        "per test, or first merge the files on a common time base"
     )
 
 
