@@ -255,8 +255,8 @@ _SPHERE = Method(
             r"V_{\text{cap}} = \frac{π c^2}{3} ( 3 R − c )"
         ),
     ),
-    "f is the factor of the wear law, 1 in Archard's; c = R − √(R² − a²) is the height of the cap that is cut off, "
-    "a* the radius of the contact without wear.",
+    "f is the factor of the wear law, 1 for Archard's law; c = R − √(R² − a²) is the height of the cap that is cut "
+    "off, a* the radius of the contact without wear.",
 )
 _TRUNCATED = Method(
     "A sphere truncated before the test",
@@ -267,7 +267,7 @@ _FLAT = Method(
     "A flat pin",
     "The contact radius a is constant, so that the wear depth is the wear volume divided by the contact area:",
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
-    "f is the factor of the wear law, 1 in Archard's.",
+    "f is the factor of the wear law, 1 for Archard's law.",
 )
 _BY_VOLUME = Method(
     "Wear volume of a pin if the disc also wears",
@@ -277,14 +277,14 @@ _BY_VOLUME = Method(
         Equation(r"v = k_D F_N S = g ( h_d / h_p ) V_{\text{cap}} ( h_p ) , \quad S = ∫_0^s f d s"),
         Equation(r"g ( q ) = \frac{16}{π} ∫_0^1 t^2 \sqrt{1 − t^2 + q ( 1 − t^3 )} d t"),
     ),
-    "f is the factor of the wear law, 1 in Archard's.",
+    "f is the factor of the wear law, 1 for Archard's law.",
 )
 _BLOCK = Method(
     "Wear volume of a block on a ring",
     "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
     "the sliding direction,",
     (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
-    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 in Archard's.",
+    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 for Archard's law.",
     (G77,),
 )
 _FOUR_BALLS = Method(
@@ -313,7 +313,7 @@ _LOST = Method(
     "Identification of k_D from the wear volume",
     "If only the final wear volume of a body was measured, its k_D is the mean over the test, for any geometry:",
     (Equation(r"k_{D , i} = \frac{V_i}{F_N S}"),),
-    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 in Archard's.",
+    "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 for Archard's law.",
 )
 _LOCAL = Method(
     "Local wear",
@@ -378,9 +378,9 @@ _MODEL = Method(
     "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
     "V is the worn volume at the depth H, and S = ∫ f ds the effective sliding distance; f is the factor of the wear "
-    "law, 1 in Archard's. If depth signal and measurement differ by more than three standard uncertainties of their "
-    "difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test measurement, "
-    "k_D is that of the depth signal.",
+    "law, 1 for Archard's law. If depth signal and measurement differ by more than three standard uncertainties of "
+    "their difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test "
+    "measurement, k_D is that of the depth signal.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",

@@ -178,8 +178,8 @@ def _shapes(law: LawResult) -> TextTable:
         "measured exponent n of h ∝ sⁿ",
         "exponent predicted by the law",
         "residual trend",
-        "possible change of rate at",
-        "k_D after / before",
+        "distance of a possible change of rate",
+        "k_D after / before the change",
     )
     return TextTable("shape of each wear curve", columns, tuple(row for run in law.runs for row in _shape_row(run)))
 

@@ -193,7 +193,7 @@ def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:
     return TextTable("local wear of both discs and contact pressure", ("rotations", *_LOCAL, *sizes), tuple(rows))
 
 
-_CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "one model with k_D"}
+_CORRECTIONS: dict[Correction, str] = {"two-step": "two-step", "model": "fitted in one model with k_D"}
 _BASES: dict[Basis, str] = {
     "reading": "depth signal",
     "measurement": "measurement",
@@ -235,7 +235,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     """Yield the results for the whole fit."""
     samples, start = fit.effective_samples, fit.start
     yield "correlation between the two k_D values", None if fit.correlation is None else f"{fit.correlation:.2f}"
-    yield "p-value of the difference", None if fit.p_value is None else f"{fit.p_value:.2g}"
+    yield "p-value of the fit", None if fit.p_value is None else f"{fit.p_value:.2g}"
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
     yield "relation between wear depth and volume", _ENGINES[fit.engine]

@@ -28,41 +28,41 @@ STANDARDS: dict[str, Standard] = {
     "g99": Standard(
         "ASTM G99",
         "Wear and Friction Testing with a Pin-on-Disk or Ball-on-Disk Apparatus",
-        "data of its interlaboratory study",
+        "interlaboratory data of the standard",
     ),
     "g133": Standard(
-        "ASTM G133", "Linearly Reciprocating Ball-on-Flat Sliding Wear", "results of its procedures A and B"
+        "ASTM G133", "Linearly Reciprocating Ball-on-Flat Sliding Wear", "results of procedures A and B of the standard"
     ),
     "g77": Standard(
         "ASTM G77",
         "Ranking Resistance of Materials to Sliding Wear Using Block-on-Ring Wear Test",
-        "data of its interlaboratory study",
+        "interlaboratory data of the standard",
     ),
     "d4172": Standard(
         "ASTM D4172",
         "Wear Preventive Characteristics of Lubricating Fluid (Four-Ball Method)",
-        "results of its test conditions A and B",
+        "results under test conditions A and B of the standard",
     ),
     "d5183": Standard(
         "ASTM D5183",
         "Determination of the Coefficient of Friction of Lubricants Using the Four-Ball Wear Test Machine",
-        "results of its test conditions",
+        "results under the test conditions of the standard",
     ),
     "d6425": Standard(
         "ASTM D6425",
         "Measuring Friction and Wear Properties of Extreme Pressure (EP) Lubricating Oils Using SRV Test Machine",
-        "data of its interlaboratory study",
+        "interlaboratory data of the standard",
     ),
     "iso20808": Standard(
         "ISO 20808",
         "Fine ceramics: Determination of friction and wear characteristics of monolithic ceramics by ball-on-disc "
         "method",
-        "results of its test conditions",
+        "results under the test conditions of the standard",
     ),
     "iso7148": Standard(
         "ISO 7148",
         "Plain bearings: Testing of the tribological behavior of bearing materials",
-        "results of its test conditions",
+        "results under the test conditions of the standard",
     ),
 }
 """Titles and the two ways of following G99 (section 5.2): the public pages of ASTM International and of ISO."""
@@ -145,7 +145,7 @@ def _lines(details: ReportDetails, standard: Standard, manifests: Sequence[RunMa
     yield Particular("method", f"{standard.number}, {standard.title}", "standard")
     yield Particular("conformity", _followed(details, standard), "follows")
     if details.external:
-        yield Particular("results of others", details.external, "external")
+        yield Particular("results from external providers", details.external, "external")
     yield Particular("issued", _day(details.issued), "issued")
 
 
