@@ -5,7 +5,7 @@
 All remove the same volumes; they differ in the shape of scar and groove. The engine `volume` has rigid bodies, and
 `local` the elastic start of `tribopipe.physics.elastic_start`. Local wear at every point solves an elastic contact
 after every step. D is the wear depth of both bodies together, δ₀ the elastic approach of the unworn contact, and
-κb the share of the track: κ = k_2/(k_1·L), b the half length of the scar of rigid bodies.
+κb the share of the track: κ = k_2/(k_1·L), b the half-length of the scar of rigid bodies.
 """
 
 import argparse
@@ -30,7 +30,7 @@ TRACK_SHARES = (0.01, 0.2, 2.0, 20.0, 100.0)
 DEPTHS = (1.0, 2.5, 8.0, 60.0)
 CLOSE = 2.0
 """Deviation, %, within which shapes agree."""
-QUANTITIES = ("pin depth", "groove depth", "scar half width", "scar half length")
+QUANTITIES = ("pin depth", "groove depth", "scar half-width", "scar half-length")
 
 
 class Case(NamedTuple):
@@ -162,7 +162,7 @@ def agreeing(depths: np.ndarray, off: np.ndarray) -> float:
 
 def convergence(report: Report, options: argparse.Namespace) -> None:
     """Show how local wear settles with grid and steps."""
-    report.say("## Convergence of local wear: pin depth, groove depth, half width, half length in µm")
+    report.say("## Convergence of local wear: pin depth, groove depth, half-width, half-length in µm")
     grids = [(options.cells // 2, 16), (options.cells, 16), (2 * options.cells, 16)]
     settings = [*grids, *((options.cells, steps) for steps in (8, 12, 32))]
     rows = []
@@ -183,7 +183,7 @@ def main() -> None:
     report = Report("Wear of a ball and its track by the engines, and local wear at every point", options)
     report.say(
         "With all engines, the bodies have lost the same volumes. D is the wear depth of pin and track together, δ₀ "
-        "the elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half length of the scar. Local wear is "
+        "the elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half-length of the scar. Local wear is "
         f"computed on {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; each "
         "case has a grid that reaches beyond its scar and beyond the Hertzian contact."
     )

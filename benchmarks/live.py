@@ -50,7 +50,7 @@ Columns = Mapping[SignalName, Column]
 
 @dataclass(frozen=True)
 class Held:
-    """What the intervals of one run hold at one share, and their half widths: k_D relative, the end depth in m."""
+    """What the intervals of one run hold at one share, and their half-widths: k_D relative, the end depth in m."""
 
     coefficient: bool
     depth: bool
@@ -159,7 +159,7 @@ def coverage(report: Report, options: argparse.Namespace) -> bool:
             told = [" ".join(share(count, done)[1:]) for count in counts]
             width, depth = widths[row]
             table.append([*kind, f"{100 * part:.0f} %", *told, f"±{100 * width:.3g} %", f"±{1e6 * depth:.3g} µm"])
-    report.say(f"Fraction of {done} runs whose 95 % interval contains the true value, and its median half width.")
+    report.say(f"Fraction of {done} runs whose 95 % interval contains the true value, and its median half-width.")
     head = ["run", "known", "distance", "true k_D", "true depth at 500 m", "k_D", "depth at 500 m"]
     report.table(head, table)
     return sound
