@@ -184,7 +184,7 @@ def test_reading_and_groove_give_k_d_of_both(ratio):
         assert found.standard_uncertainty < 0.08 * found.value
         assert abs(found.value - true) < 3 * found.standard_uncertainty, body
     (warned,) = (finding for finding in fit.findings if finding.code == "no_post_test_measurement")
-    assert "from the depth signal minus the wear depth of the disc" in warned.message
+    assert "based on the depth signal minus the wear depth of the disc" in warned.message
 
 
 @pytest.mark.parametrize(("seed", "drift"), [(1, 250e-9), (6, 2e-6)])
