@@ -33,7 +33,7 @@ _TYPES = {
 """Set here, since a registry of Windows may call a script a text."""
 NOT_BUILT = (
     "found no web pages in this installation; expected the pages that are built with the package; run `pip install "
-    "--force-reinstall tribopipe` where the npm registry can be reached, or `npm ci && npm run build` in "
+    "--force-reinstall tribopipe` on a machine with access to the npm registry, or `npm ci && npm run build` in "
     "tribopipe/browse/ui of a clone"
 )
 

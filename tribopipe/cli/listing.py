@@ -134,7 +134,7 @@ Where = Annotated[
         "--where",
         help=(
             'Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; all '
-            "conditions must be met; none stands for a missing value."
+            "conditions must be met; the value none matches missing values."
         ),
     ),
 ]
