@@ -288,6 +288,26 @@ def test_a_scar_as_small_as_the_elastic_contact_is_warned_of(manifest):
     assert not elastic(predict_wear(scenario(manifest.model_copy(update={"contact": contact})), [0.01]))
 
 
+def test_a_groove_longer_than_its_stroke_is_warned_of(tmp_path):
+    """By cells that pass each other, it is 4.3 % shallower in the middle, where the stroke is 27 half-lengths."""
+    ball = 'shape = "spherical"\nradius = "3 mm"'
+    short = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='stroke = "20 mm"') / "run.toml")[0]
+    wearing = {"pin": 2e-14, "disc": 5e-14}
+
+    def warned(manifest, **coefficients):
+        notes = predict_wear(scenario(manifest, **{**wearing, **coefficients}), [400.0]).notes
+        return [note for note in notes if "longer than the stroke" in note]
+
+    (note,) = warned(short)
+    assert "found a wear track about 0.83 mm longer" in note
+    assert "the wear depth of the disc at mid-stroke is overestimated by about 4 %" in note
+    assert not warned(short, disc=0.0)
+    long = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='stroke = "60 mm"') / "run.toml")[0]
+    circle = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='track_radius = "4 mm"') / "run.toml")[0]
+    assert not warned(long)
+    assert not warned(circle)
+
+
 def test_published_scheme_is_refused(manifest):
     with pytest.raises(ContactError, match="published scheme"):
         predict_wear(scenario(manifest), [500.0], scheme="published")

@@ -28,6 +28,8 @@ class Terms(NamedTuple):
     """Convention for the sliding distance in one rotation of bodies that roll."""
     path: Quantity | None = None
     """Sliding distance between two passages of a pin at one place of its track, m."""
+    there_and_back: bool = False
+    """Whether that path is a stroke."""
     worn: Collection[str] = ()
     """Names of the bodies whose k_D is known."""
 
@@ -47,7 +49,7 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
             f"the wear track on the {counterbody}; "
             'add track_radius = "5 mm" or the like to run.toml'
         )
-    return PinAndTrackWear(contact, terms.path, terms.engine)
+    return PinAndTrackWear(contact, terms.path, terms.engine, terms.there_and_back)
 
 
 _FAMILIES: dict[type[Contact], Callable[..., ContactWear]] = {

@@ -37,6 +37,8 @@ _SAME = 1e-6
 _POINT = 1e-9
 """Length of a scar over the radius of its pin where rigid bodies touch in a line: none would make pressure infinite."""
 _MOST_PLACES = 200
+_ENDS = 0.02
+"""Share by which a groove may be longer than its stroke."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class PinAndTrackWear:
     """Sliding distance between two passages of the pin at one place of the track, m."""
     engine: WearEngine = "volume"
     """Rigid bodies, or as "local" those with an elastic start; the GIWM has no track that wears."""
+    there_and_back: bool = False
+    """Whether the path is a stroke, at whose ends the groove is longer than it."""
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient", "track_coefficient")
     displacement: ClassVar[str] = "approach"
@@ -177,8 +181,26 @@ class PinAndTrackWear:
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
         """Return what the contact assumes; worn coatings, a track too short for it, and a scar too small for it."""
-        yielded = () if last is None else (*self._through(last), *self._short(last), *self._neglected(values, last))
-        return *self.contact.limits, "wear volume of each body: k_D·F_N·s", *yielded
+        always = (*self.contact.limits, "wear volume of each body: k_D·F_N·s")
+        if last is None:
+            return always
+        stroke, shallow = self._beyond_the_stroke(values, last), self._neglected(values, last)
+        return *always, *self._through(last), *self._short(last), *stroke, *shallow
+
+    def _beyond_the_stroke(self, values: Values, last: State) -> Iterator[str]:
+        """Warn of a groove that is so much longer than the stroke that it is shallower than predicted."""
+        if not self.there_and_back or not float(last["track_section"]) > 0:
+            return
+        worn = self.tip(values).worn(last["pin_volume"], last["track_section"])
+        longer, flat = float(worn.groove_revolved / worn.groove_area), self.contact.body_names[1]
+        share = longer / self.path.value
+        if share > _ENDS:
+            yield (
+                f"warning: found a wear track about {show(float(f'{longer:.2g}'), None, 'm', 'mm')} longer than the stroke of "
+                f"{self.path.shown('mm')}; expected a stroke much longer than the contact, because the wear depth of "
+                f"the {flat} at mid-stroke is overestimated by about {100 * share:.0f} %; use the wear volumes, which "
+                "remain valid"
+            )
 
     def _neglected(self, values: Values, last: State) -> Iterator[str]:
         if self.engine != "local":

@@ -58,8 +58,8 @@ def wear_scenario(
     """
     load = normal_load or manifest.conditions.normal_load
     speed, slip = manifest.nominal_speed, manifest.slip
-    path = manifest.path
-    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path)
+    path, stroke = manifest.path, manifest.conditions.stroke is not None
+    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path, stroke)
 
 
 def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:

@@ -136,12 +136,15 @@ class Scenario:
     """Slip ratio of rolling bodies."""
     path: Quantity | None = None
     """Sliding distance between two passages of a pin at one place of its track, m."""
+    there_and_back: bool = False
+    """Whether that path is a stroke."""
 
     @cached_property
     def wear(self) -> ContactWear:
         """Wear model of the bodies."""
         known = self.known
-        return wear_of(self.contact, Terms(self.slip, known.engine, known.distance, self.path, known.bodies))
+        terms = Terms(self.slip, known.engine, known.distance, self.path, self.there_and_back, known.bodies)
+        return wear_of(self.contact, terms)
 
     @property
     def first(self) -> str:
