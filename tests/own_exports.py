@@ -143,7 +143,7 @@ STEPS = (
 DOWNWARDS = (
     'schema = "tribopipe.recipe/1"\n'
     + "".join(f'[[clean_up]]\nstep = "{step}"\n' for step in STEPS)
-    + '[[clean_up]]\nstep = "turn-over"\nsignals = ["depth"]\n'
+    + '[[clean_up]]\nstep = "invert"\nsignals = ["depth"]\n'
 )
 """The sensor of the TE67 counts down as the pin wears."""
 

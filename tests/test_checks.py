@@ -824,7 +824,7 @@ def test_check_also_finds(sound, case):
 @pytest.mark.parametrize(("factor", "named"), [(-1, True), (3, False)])
 def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named):
     (finding,) = found_by("implausible_depth", column("depth", lambda depth: factor * depth)(sound))
-    assert ('"turn-over" with signals = ["depth"]' in str(finding)) == named
+    assert ('"invert" with signals = ["depth"]' in str(finding)) == named
 
 
 def drifting(amount, temperature=None):

@@ -18,10 +18,10 @@ from tribopipe.documents.preprocessing import (
     AUTOMATIC,
     ContinuousAxes,
     Despike,
+    Invert,
     Mask,
     StrokeWiseFriction,
     TimeWindow,
-    TurnOver,
     Zero,
 )
 from tribopipe.documents.quantity import Quantity
@@ -363,9 +363,9 @@ def test_turned_load_is_a_warning_and_no_error(bare_run):
 def test_depth_that_counts_down_gives_the_same_wear_once_it_is_turned_over(short_runs):
     truth = read_run(short_runs / "si3n4-air-400mN")
     falling = dataclasses.replace(truth, columns={**truth.columns, "depth": -truth.columns["depth"]})
-    recipe = only(*AUTOMATIC, TurnOver(signals=("depth",)))
+    recipe = only(*AUTOMATIC, Invert(signals=("depth",)))
     cleaned = clean_run(falling, recipe)
-    assert told(cleaned.record) == [("turn-over", "depth")]
+    assert told(cleaned.record) == [("invert", "depth")]
     assert (cleaned.record.changes[0].factor, list(cleaned.columns)) == (-1.0, ["depth"])
     for name, values in truth.columns.items():
         np.testing.assert_array_equal(cleaned.run.columns[name], values)
@@ -379,11 +379,11 @@ def test_depth_that_counts_down_gives_the_same_wear_once_it_is_turned_over(short
 
 def test_only_what_was_measured_is_turned_over(bare_run):
     run = run_of(bare_run, **{name: values for name, values in TRUTH.items() if name != "depth"})
-    cleaned = clean_run(run, only(TurnOver(signals=("depth", "friction_coefficient"))))
+    cleaned = clean_run(run, only(Invert(signals=("depth", "friction_coefficient"))))
     (change,) = cleaned.record.changes
     assert (change.what, change.samples) == ("sign not reversed, since it was not measured", 0)
     assert cleaned.run is run
-    twice = clean_run(run, only(TurnOver(signals=("friction_force", "friction_force")))).run
+    twice = clean_run(run, only(Invert(signals=("friction_force", "friction_force")))).run
     np.testing.assert_array_equal(twice.columns["friction_force"], -TRUTH["friction_force"])
     np.testing.assert_array_equal(twice.columns[MU], -run.columns[MU])
 
@@ -505,9 +505,9 @@ def test_no_steps_no_changes(bare_run):
             "found the unit 'N', which is not a unit of length",
         ),
         ([{"step": "despike", "window": 4}], "expected an odd number"),
-        ([{"step": "turn-over"}], r"clean_up\[0\].signals: missing"),
-        ([{"step": "turn-over", "signals": []}], "signals: found no signals; expected at least one signal"),
-        ([{"step": "turn-over", "signals": ["time"]}], r"signals\[0\]: found 'time'; expected 'depth', 'normal_force'"),
+        ([{"step": "invert"}], r"clean_up\[0\].signals: missing"),
+        ([{"step": "invert", "signals": []}], "signals: found no signals; expected at least one signal"),
+        ([{"step": "invert", "signals": ["time"]}], r"signals\[0\]: found 'time'; expected 'depth', 'normal_force'"),
         (
             [{"step": "zero", "windows": [{"start": "5 s", "end": "2 s"}]}],
             r"start: found 5 s, not before end \(2 s\)",

@@ -15,7 +15,7 @@ from matplotlib import rc_context
 from PIL import Image
 
 from tribopipe.archive.store import Archive
-from tribopipe.documents.preprocessing import AUTOMATIC, Change, CleanUp, TurnOver
+from tribopipe.documents.preprocessing import AUTOMATIC, Change, CleanUp, Invert
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.signals import SIGNALS
@@ -124,7 +124,7 @@ def reciprocating(raw):
 
 def test_figures_say_what_was_cleaned_up(sample_archive):
     raw = reciprocating(sample_archive.raw(SAMPLE_IDS[0]))
-    cleaned = clean_run(raw, Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",)))))
+    cleaned = clean_run(raw, Recipe(clean_up=(*AUTOMATIC, Invert(signals=("depth",)))))
     fit = fit_friction(cleaned.run)
     assert "measured, preprocessed: one value per stroke" in labels(plot_friction(cleaned.run, fit, cleaned.record))
     assert "measured" in labels(plot_friction(cleaned.run, fit))
@@ -139,7 +139,7 @@ def spoilt(raw):
     return replace(raw, columns=columns, origins={**raw.origins, "relative_humidity": "measured"})
 
 
-MENDED = Recipe(clean_up=(*AUTOMATIC, TurnOver(signals=("depth",))))
+MENDED = Recipe(clean_up=(*AUTOMATIC, Invert(signals=("depth",))))
 
 
 def test_clean_up_figure_shows_each_changed_signal_raw_and_cleaned(sample_archive):

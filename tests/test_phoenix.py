@@ -93,7 +93,7 @@ def wear_fit(folder, content: bytes, end: EndValue | None, *, turned: bool = Tru
     run = read_run(made.folder)
     run = replace(run, manifest=run.manifest.model_copy(update={"end_values": EndValues(pin_wear_depth=end)}))
     # The displacement of this rig falls with wear.
-    recipe = Recipe.model_validate({"clean_up": [{"step": "turn-over", "signals": ["depth"]}] if turned else []})
+    recipe = Recipe.model_validate({"clean_up": [{"step": "invert", "signals": ["depth"]}] if turned else []})
     return fit_wear(correct_drift(clean_run(run, recipe).run, recipe), "archard", None, recipe)
 
 
@@ -129,7 +129,7 @@ def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
     assert said.startswith(
         "TEST_2: depth: found a depth signal that, fitted alone, gives a wear depth of -403.96 ± 0.25 µm; "
     )
-    assert 'if the signal decreases with wear, add the step "turn-over" with signals = ["depth"]' in said
+    assert 'if the signal decreases with wear, add the step "invert" with signals = ["depth"]' in said
 
 
 def test_of_two_friction_forces_that_of_the_coefficient_is_taken():

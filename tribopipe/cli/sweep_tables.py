@@ -95,7 +95,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
 
 
 _SPREADS = "k_D in mm³/(N·mm) for all choices: half of the range, stated standard uncertainty u, effect of each choice"
-_SCATTERS = "Monte Carlo results; ± is the standard deviation of the draws"
+_SCATTERS = "Monte Carlo results; ± is the standard deviation of the samples"
 _COVERAGES = "k_D of virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
 
 
@@ -127,10 +127,10 @@ def _spread_cells(one: "ChoiceSpread") -> dict[str, str]:
 
 def _scatter_cells(one: "Scatter") -> dict[str, str]:
     return {
-        "draws": f"{one.predicted} of {one.of}",
+        "samples": f"{one.predicted} of {one.of}",
         "quantity": _plain(one.quantity),
         "mean": _shown(one.mean, one.quantity),
-        "95 % of the draws": between(one.interval, _UNITS.get(one.quantity, one.interval[0].unit)),
+        "95 % of the samples": between(one.interval, _UNITS.get(one.quantity, one.interval[0].unit)),
     }
 
 

@@ -192,11 +192,11 @@ class PinAndTrackWear:
         if not self.there_and_back or not float(last["track_section"]) > 0:
             return
         worn = self.tip(values).worn(last["pin_volume"], last["track_section"])
-        longer, flat = float(worn.groove_revolved / worn.groove_area), self.contact.body_names[1]
+        longer, flat = float(f"{float(worn.groove_revolved / worn.groove_area):.2g}"), self.contact.body_names[1]
         share = longer / self.path.value
         if share > _ENDS:
             yield (
-                f"warning: found a wear track about {show(float(f'{longer:.2g}'), None, 'm', 'mm')} longer than the stroke of "
+                f"warning: found a wear track about {show(longer, None, 'm', 'mm')} longer than the stroke of "
                 f"{self.path.shown('mm')}; expected a stroke much longer than the contact, because the wear depth of "
                 f"the {flat} at mid-stroke is overestimated by about {100 * share:.0f} %; use the wear volumes, which "
                 "remain valid"

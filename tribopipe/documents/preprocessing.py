@@ -25,7 +25,7 @@ class ContinuousAxes(Record):
 
     step: Literal["continuous-axes"] = "continuous-axes"
     """Name of the step."""
-    carried_over: Literal["told", "always", "never"] = "told"
+    carried_over: Literal["auto", "always", "never"] = "auto"
     """Whether a non-zero start, carried over from the previous test, is subtracted: if another axis or the large
     value indicates it ("told"), always, or never."""
 
@@ -142,10 +142,10 @@ class StrokeWiseFriction(Record):
     """Only for runs with conditions.stroke; otherwise for all runs in which friction changes sign regularly."""
 
 
-class TurnOver(Record):
+class Invert(Record):
     """Signals of opposite sign are multiplied by −1."""
 
-    step: Literal["turn-over"] = "turn-over"
+    step: Literal["invert"] = "invert"
     """Name of the step."""
     signals: tuple[TurnedSignal, ...]
     """Measured signals whose sign is inverted."""
@@ -187,7 +187,7 @@ CleaningStep = Annotated[
     | FrictionSign
     | UnloadedFriction
     | StrokeWiseFriction
-    | TurnOver
+    | Invert
     | Despike,
     Field(discriminator="step"),
 ]
@@ -199,7 +199,7 @@ CleaningStepName = Literal[
     "friction-sign",
     "unloaded-friction",
     "stroke-wise-friction",
-    "turn-over",
+    "invert",
     "despike",
 ]
 AUTOMATIC: tuple[CleaningStep, ...] = (

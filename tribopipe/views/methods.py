@@ -342,12 +342,12 @@ _DISCS = Method(
 _CONVENTIONS: dict[DistanceConvention, Method] = {
     "full-slip": Method(
         "Sliding distance per rotation: full slip",
-        "Every point is assumed to slide over the whole slip distance s of a rotation:",
+        "Every point is assumed to slide the full slip distance s in each rotation:",
         (
             Equation(r"\frac{d h_1}{d N} = k_1 p s", "14 a"),
             Equation(r"\frac{d h_2}{d N} = k_2 p s \frac{n_2}{n_1}", "14 b"),
         ),
-        "This k_D is comparable only with others of the same convention, not with that of a pin.",
+        "This k_D can be compared only with values based on the same convention, not with the k_D of a pin.",
         (PAPER,),
     ),
     "contact-width": Method(

@@ -156,8 +156,9 @@ def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
                 "end_values",
-                f"found total wear depths of {first.shown('um')} from {one} and {second.shown('um')} from {other} "
-                f"(both discs together); expected agreement within 20 %, because both discs share one worn flat",
+                f"found total wear depths (sum for both discs) of {first.shown('um')} from {one} and of "
+                f"{second.shown('um')} from {other}; expected agreement within 20 %, because both discs are worn over "
+                "the same contact width",
                 "repeat the measurement, measure both discs, or check the units",
             )
 

@@ -550,7 +550,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
-    listed = 'add the step "turn-over" with signals = ["depth"] after the default steps'
+    listed = 'add the step "invert" with signals = ["depth"] after the default steps'
     turn = f"if the depth signal decreases with wear, {listed}; otherwise, " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)

@@ -13,7 +13,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.axes import join_axes
-from tribopipe.evaluation.preprocessing.forces import turn_friction, turn_load, turn_over, zero_forces
+from tribopipe.evaluation.preprocessing.forces import invert, turn_friction, turn_load, zero_forces
 from tribopipe.evaluation.preprocessing.masking import mask_samples, mask_spikes, mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.strokes import average_strokes
 from tribopipe.evaluation.preprocessing.workbench import Bench
@@ -28,7 +28,7 @@ _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
     "friction-sign": turn_friction,
     "unloaded-friction": mask_unloaded_friction,
     "stroke-wise-friction": average_strokes,
-    "turn-over": turn_over,
+    "invert": invert,
     "despike": mask_spikes,
 }
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.documents.preprocessing import FrictionSign, PressingLoad, TurnOver, Zero
+from tribopipe.documents.preprocessing import FrictionSign, Invert, PressingLoad, Zero
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
@@ -53,7 +53,7 @@ def turn_friction(bench: Bench, _: FrictionSign) -> None:
             bench.put(name, -friction, "sign reversed", "negative in a unidirectional test", factor=-1.0)
 
 
-def turn_over(bench: Bench, step: TurnOver) -> None:
+def invert(bench: Bench, step: Invert) -> None:
     """Turn over what the recipe names, where it was measured."""
     for name in dict.fromkeys(step.signals):
         values = bench.measured(name)

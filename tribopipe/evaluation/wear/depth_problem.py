@@ -493,6 +493,6 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
         shown = Quantity(value=wear, unit="m", standard_uncertainty=spread).shown("um")
         raise FitError(
             f"{problem.run.id}: depth: found a depth signal that, fitted alone, gives a wear depth of {shown}; "
-            'expected zero or more; if the signal decreases with wear, add the step "turn-over" with signals = '
+            'expected zero or more; if the signal decreases with wear, add the step "invert" with signals = '
             '["depth"] after the default ones, or measure the scar and state it as end_values.pin_scar_diameter'
         )

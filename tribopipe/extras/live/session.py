@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.documents.preprocessing import TurnOver
+from tribopipe.documents.preprocessing import Invert
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
 from tribopipe.extras.live.alarms import (
@@ -101,7 +101,7 @@ class Session:
             self.state, self._sensor = State(), StuckSensor()
             message = "the file was truncated or replaced: restarting from its new content"
             yield Alarm(kind="replaced", message=message)
-        turned = any(isinstance(step, TurnOver) and "depth" in step.signals for step in self.asked.recipe.clean_up)
+        turned = any(isinstance(step, Invert) and "depth" in step.signals for step in self.asked.recipe.clean_up)
         columns = dict(appended.columns) | ({"depth": -appended.columns["depth"]} if turned else {})
         self.asked = replace(self.asked, run=replace(self.asked.run, origins=appended.origins))
         self.state.add(columns)
