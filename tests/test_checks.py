@@ -555,6 +555,11 @@ MORE = {
         samples_set("friction_force", slice(100), 1e-4),
         "friction_force",
     ),
+    "unloaded start of strokes whose friction has no sign": (
+        "contact_lost",
+        both(manifest(conditions__stroke="5 mm"), samples_set("friction_force", slice(100), 1e-4)),
+        "friction_force",
+    ),
     "two tests with an idle sensor between them": (
         "running_in_repeats",
         lambda run: appended(

@@ -424,9 +424,7 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     slid = cleaned.run.sliding_distance
     if friction is None or len(run) < _PARTS or not np.all(np.isfinite(slid)):
         return
-    ends_of_range = np.nanpercentile(friction, [5, 95]) if np.any(np.isfinite(friction)) else np.zeros(2)
-    zero = float(np.mean(ends_of_range)) if run.manifest.conditions.stroke is not None else 0.0
-    parts = np.array_split(np.abs(friction - zero), _PARTS)
+    parts = np.array_split(np.abs(friction - _middle(friction)), _PARTS)
     sizes = np.array([np.percentile(seen, 90) if len(seen := part[np.isfinite(part)]) else np.inf for part in parts])
     ends = np.cumsum([0, *map(len, parts)]).clip(max=len(run) - 1)
     worked = np.diff(load_path(cleaned.run, slid[ends]))
@@ -441,6 +439,13 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
             "about this fraction",
         )
+
+
+def _middle(friction: Column) -> float:
+    """Return the offset of a friction of strokes, which has both signs; 0 of one whose sign does not change."""
+    ends = np.nanpercentile(friction, [5, 95]) if np.any(np.isfinite(friction)) else np.zeros(2)
+    both_ways = ends[0] < 0 < ends[1] and np.min(np.abs(ends)) > _WITHOUT_FRICTION * np.max(np.abs(ends))
+    return float(np.mean(ends)) if both_ways else 0.0
 
 
 @check_cleaned("warning")
