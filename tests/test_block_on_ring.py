@@ -1,6 +1,7 @@
 """A block on a ring: published values, volumes by hand, its own names, and every command on one run."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
+from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
@@ -97,6 +99,35 @@ def test_k_d_of_both_follows_where_both_were_measured():
     block = fit.bodies["block"].wear_coefficient
     assert block.value == pytest.approx(alone.k_d.value, rel=1e-9)
     assert block.standard_uncertainty == pytest.approx(alone.k_d.standard_uncertainty, rel=1e-3)
+
+
+def places(run: RawRun, code: str) -> list[str]:
+    """Return where a check finds something."""
+    return [one.where for one in check_run(run) if one.code == code]
+
+
+@pytest.mark.parametrize(("mass", "found"), [("1 g", []), ("5 g", ["end_values of the block"])])
+def test_block_worn_to_a_scar_as_wide_as_the_ring_radius_is_named(mass, found):
+    """Of a scar of 17.5 mm: 444 mm³ by hand, 3.7 g of this block."""
+    contact = {"kind": "block-on-ring", "block": BLOCK | {"density": "8.4 g/cm^3"}, "ring": RING}
+    run = read(block_on_ring(end_values={"block_mass_loss": mass}, contact=contact))
+    assert places(replace(run_of(), manifest=run), "implausible_wear") == found
+
+
+@pytest.mark.parametrize(
+    ("ring", "found"),
+    [
+        ({"radius": "35 mm"}, ["contact.ring.radius"]),
+        ({"radius": "49.22 mm"}, ["contact.ring.radius"]),
+        ({"radius": "35 mm", "diameter": "70 mm"}, []),
+        ({"radius": "17.495 mm"}, []),
+        ({"radius": "30 mm"}, []),
+    ],
+)
+def test_diameter_of_a_standard_ring_as_its_radius_is_named(ring, found):
+    contact = {"kind": "block-on-ring", "block": BLOCK, "ring": RING | ring}
+    run = replace(run_of(), manifest=read(block_on_ring(contact=contact)))
+    assert places(run, "radius_or_diameter") == found
 
 
 @given(share=st.floats(1e-9, 0.999), radius=st.floats(1e-3, 0.1))

@@ -336,6 +336,12 @@ CASES = {
         "interruptions, end_values of the pin",
         manifest(interruptions=weighings(4.0, 4.7, 4.7, 6.1), end_values__pin_wear_volume=volume(6.8)),
     ),
+    "implausible_wear": (
+        "warning",
+        manifest(end_values={"pin_wear_volume": "1e-14 mm^3"}),
+        "end_values of the pin",
+        manifest(end_values={"pin_wear_volume": "1e-10 mm^3"}),
+    ),
     "scar_or_radius": (
         "warning",
         manifest(end_values__pin_scar_diameter="10 um"),
@@ -547,6 +553,16 @@ MORE = {
         "implausible_conditions",
         manifest(end_values__pin_mass_loss={"value": "0.14 ug", "standard_uncertainty": "2 %"}),
         "end_values.pin_mass_loss",
+    ),
+    "speed in mm/s as m/s": (
+        "implausible_conditions",
+        manifest(conditions__track_radius="4 mm", conditions__sliding_speed="20 m/s"),
+        "conditions.sliding_speed",
+    ),
+    "strokes in mm/s as m/s": (
+        "implausible_conditions",
+        manifest(conditions__stroke="4 mm", conditions__sliding_speed="20 m/s"),
+        "conditions.sliding_speed",
     ),
     "time in s read as min": ("runout_differs", rotating(60), "time"),
     "time in s read as ms": ("runout_differs", rotating(1e-3), "time"),

@@ -1,6 +1,7 @@
 """Four balls: the geometry by coordinates, wear by hand, torque, sinking top ball, and every command on one run."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -138,6 +139,14 @@ def test_force_of_an_unknown_lever_is_warned_of(worn):
     assert "balls.csv: friction_force in N is treated as a force at 4.49 mm from the axis" in run.notes
     (found,) = [one for one in check_run(run) if one.code == "friction_lever"]
     assert (found.severity, found.where) == ("warning", "signals")
+
+
+@pytest.mark.parametrize(("diameter", "found"), [("12.7 mm", 0), ("6.35 mm", 1), ("25.4 mm", 1), ("10 mm", 0)])
+def test_radius_of_the_usual_ball_as_its_diameter_is_named(worn, diameter, found):
+    document = four_balls()
+    document["contact"]["ball"] = document["contact"]["ball"] | {"diameter": diameter}
+    run = replace(read_run(worn), manifest=read(document))
+    assert len([one for one in check_run(run) if one.code == "radius_or_diameter"]) == found
 
 
 def passes(turns: int, ball: float, top: float) -> tuple[np.ndarray, np.ndarray]:

@@ -132,3 +132,17 @@ def test_ranges_are_ranges():
     for one in CLASSES:
         for low, high in (one.modulus, one.density, one.hardness or (1, 2)):
             assert 0 < low < high
+
+
+@pytest.mark.parametrize(("depth", "found"), [("2 mm", []), ("4 mm", ["end_values of the pin"])])
+def test_flat_pin_worn_by_more_than_its_radius_is_named(depth, found):
+    flat = {"contact.pin.shape": "flat", "end_values": {"pin_wear_depth": depth}}
+    assert [where for _, code, where in flags(bench(flat)) if code == "implausible_wear"] == found
+
+
+@pytest.mark.parametrize(("hardness", "found"), [(None, []), (1100.0, ["end_values of the disc"])])
+def test_wear_beyond_abrasion_is_named_by_the_hardness(hardness, found):
+    """A steel disc that loses 1 cm³ in 500 m under 5 N: k·H is 0.3 at HV 80, the softest steel, and 4 at HV 1100."""
+    worn = {"end_values.disc_wear_volume": {"value": "900 mm^3", "standard_uncertainty": "1 mm^3"}}
+    hard = {} if hardness is None else {"contact.disc.vickers_hardness": hardness}
+    assert [where for _, code, where in flags(bench(worn | hard)) if code == "implausible_wear"] == found

@@ -69,6 +69,7 @@ class BlockOnRing(SlidingPin):
     title: ClassVar[str] = "a block on a ring"
     standard: ClassVar[str] = "g77"
     track_key: ClassVar[str | None] = "contact.ring.radius"
+    usual_diameters: ClassVar[tuple[float, ...]] = (35.0, 49.22)
 
     @property
     def pin(self) -> BlockTip:

@@ -346,6 +346,8 @@ class SlidingPin(Contact):
     sensor_tells: ClassVar[bool] = True
     track_key: ClassVar[str | None] = None
     """Key of run.toml that determines the track radius; None if the conditions state it."""
+    usual_diameters: ClassVar[tuple[float, ...]] = ()
+    """Diameters, mm, of the body that this key describes in most tests."""
 
     @property
     def counterbody(self) -> Specimen:

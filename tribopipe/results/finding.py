@@ -59,6 +59,7 @@ TITLES: Mapping[str, str] = {
     "radius_unchecked": "pin radius cannot be checked",
     "initial_yielding": "contact yields at the start",
     "rate_not_steady": "overall and steady-state wear rates differ",
+    "implausible_wear": "implausible wear for sliding",
     "scar_or_radius": "scar size may be a radius",
     "elastic_scar": "scar partly elastic",
     "uneven_scars": "readings of the scar differ widely",

@@ -9,7 +9,7 @@ import numpy as np
 import tribopipe.evaluation.checks.plausibility
 import tribopipe.evaluation.checks.restarts
 import tribopipe.evaluation.checks.runout  # noqa: F401 - all register further checks
-from tribopipe.documents.manifest import EndValues, RunManifest
+from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
@@ -69,6 +69,7 @@ def implausible_conditions(run: RawRun) -> Iterator[Trouble]:
                 Quantity(value=end, unit=size.quantity.unit).shown(size.unit) for end in (size.low, size.high)
             )
             yield Trouble(size.where, f"found {found}; expected {expected}", "check its unit")
+    yield from _odd_frequency(manifest.conditions)
     yield from _odd_slip(manifest)
     yield from _odd_duration(run)
     yield from _odd_mass(manifest)
@@ -88,6 +89,26 @@ def _sizes(manifest: RunManifest) -> Iterator[_Size]:
     yield _Size("conditions.curved_disc_speed", conditions.curved_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size("conditions.flat_disc_speed", conditions.flat_disc_speed, 1e-9, 200.0, "m/s")
     yield _Size(_slip_key(manifest), _slip_share(manifest), 1e-5, 10.0, "%")
+
+
+_MOST_TURNS, _MOST_CYCLES = 10_000 / 60, 1000.0
+"""Largest frequency, 1/s, of rotation and of strokes: those of the fastest tribometers."""
+
+
+def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:
+    """Catch m/s for mm/s, rad/s for rpm, and mm for m of stroke or track radius."""
+    speed, cycle = conditions.nominal_speed, conditions.cycle
+    if speed is None or cycle is None:
+        return
+    what, most = ("strokes", _MOST_CYCLES) if conditions.stroke is not None else ("rotation", _MOST_TURNS)
+    if speed.value > most * cycle:
+        where = next(name for name in ("sliding_speed", "rotational_speed", "frequency") if getattr(conditions, name))
+        yield Trouble(
+            f"conditions.{where}",
+            f"found a frequency of {what} of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
+            f"{most:.4g} Hz",
+            f"check the units of {where} and of {'stroke' if what == 'strokes' else 'track radius'}",
+        )
 
 
 _LONGEST_TEST = 30.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.documents.contact import Contact, Specimen, Tip
+from tribopipe.documents.contact import Contact, SlidingPin, Specimen, Tip
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
@@ -39,6 +39,8 @@ _ELASTIC = 0.05
 if it exceeds the uncertainty of the volume."""
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
+_ARCHARD = (1e-11, 0.3)
+"""Least and largest k·H: published values range from about 1e-10, in the best lubrication, to 0.1, in abrasion."""
 _FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
 """Fewest intervals in which losses are distinguished from totals; largest over smallest rate if they are losses, and
 lowest over first rate if they are totals."""
@@ -132,10 +134,30 @@ def _diameter_unless_radius(pin: Tip) -> Trouble | None:
 def radius_or_diameter(run: RawRun) -> Iterator[Trouble]:
     """Find the diameter of a ball, or of a flat pin, written as its radius."""
     pin = run.manifest.pin
-    if pin is not None and not pin.line:
+    if pin is None:
+        return
+    if run.manifest.sliding_pin.usual_diameters:
+        trouble = _twice_or_half_the_usual(run.manifest.sliding_pin)
+    else:
         trouble = _flat_wider_than_the_pin(pin) if pin.shape == "flat" else _diameter_unless_radius(pin)
-        if trouble is not None:
-            yield trouble
+    if trouble is not None:
+        yield trouble
+
+
+def _twice_or_half_the_usual(contact: SlidingPin) -> Trouble | None:
+    """Report a ring or ball with twice or half the diameter of the standards; not a ring whose diameter is stated."""
+    key, twice = str(contact.track_key), 2e3 * contact.pin.radius.value
+    _, body, size = key.split(".")
+    usual = (one for one in contact.usual_diameters if min(abs(twice / one - 2), abs(2 * twice / one - 1)) < _SAME)
+    meant = next(usual, None)
+    if meant is None or (size == "radius" and contact.counterbody.diameter is not None):
+        return None
+    state = f"; if the radius is correct, state contact.{body}.diameter" if size == "radius" else ""
+    return Trouble(
+        key,
+        f"found a {body} {twice:.4g} mm in diameter; expected {meant:g} mm, as in the standards",
+        f"check that radius and diameter are not confused{state}",
+    )
 
 
 def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
@@ -199,12 +221,20 @@ class _Softer(NamedTuple):
 def _softer(run: RawRun) -> _Softer | None:
     found = []
     for name, body in run.manifest.bodies.items():
-        known = expected_of(body.material)
+        hardness = _hardness(body)
         if body.vickers_hardness is not None:
-            found.append(_Softer(body.vickers_hardness * HARDNESS_UNIT, f"the hardness of the {spoken(name)}"))
-        elif known is not None and known.hardness is not None:
-            found.append(_Softer(known.hardness[1] * HARDNESS_UNIT, f"the highest hardness of {known.title}"))
+            found.append(_Softer(hardness[1], f"the hardness of the {spoken(name)}"))
+        elif known := expected_of(body.material):
+            found.append(_Softer(hardness[1], f"the highest hardness of {known.title}"))
     return min(found, key=lambda one: one.hardness, default=None)
+
+
+def _hardness(body: Specimen) -> tuple[float, float]:
+    """Return the lowest and highest hardness of a body, Pa: as stated, or of its material; unlimited if unknown."""
+    known = expected_of(body.material)
+    low, high = (0.0, math.inf) if known is None or known.hardness is None else known.hardness
+    stated = body.vickers_hardness
+    return (low if stated is None else stated) * HARDNESS_UNIT, (high if stated is None else stated) * HARDNESS_UNIT
 
 
 @check("warning")
@@ -317,6 +347,48 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                     "repeat the test over a shorter distance; k_D and wear rate of this test are for coating and "
                     "substrate combined",
                 )
+
+
+@check_cleaned("warning")
+def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find wear that no sliding leaves behind, as by a measurement or a load in a wrong unit."""
+    contact = run.manifest.contact
+    if contact is None:
+        return
+    with suppress(ContactError, FitError):
+        for role, body in cleaned.wear.bodies.items():
+            where = f"end_values of the {spoken(contact.body_name(role))}"
+            if role == "pin" and body.depth is not None:
+                yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
+            if body.specific_wear_rate is not None:
+                yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
+
+
+def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Trouble]:
+    """Find a flat pin worn by more than its radius, and a block with a scar wider than the radius of its ring."""
+    tip = PinTip.of(contact.pin)
+    name, radius = contact.worn_radius
+    size = depth.value if tip.shape == "flat" else 2 * float(tip.scar_radius(min(depth.value, tip.radius), tip.radius))
+    if not tip.widens and size > radius.value:
+        what = "a wear depth" if tip.shape == "flat" else "a scar width"
+        yield Trouble(
+            where,
+            f"found {what} of {show(size, None, 'm', 'mm')}; expected less than the {name} of {radius.shown('mm')}",
+            "check the units of the measurement and of the density",
+        )
+
+
+def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trouble]:
+    """Find a dimensionless wear coefficient k·H beyond those of abrasion and of the best lubrication."""
+    (softest, hardest), spread = _hardness(body), CLEARLY * (rate.standard_uncertainty or 0.0)
+    highest = (rate.value - spread) * softest > _ARCHARD[1]
+    if highest or 0 < rate.value + spread < _ARCHARD[0] / hardest:
+        shown = rate.value * (softest if highest else hardest)
+        yield Trouble(
+            where,
+            f"found a wear rate times hardness of {shown:.2g}; expected {_ARCHARD[0]:g} to {_ARCHARD[1]:g}",
+            "check the units of the measurement, of the load and of the sliding distance",
+        )
 
 
 @check("warning")
