@@ -754,6 +754,7 @@ LESS = {
         ),
     ),
     "hum beside a slow disc": ("runout_differs", rotating(1.0, hum=2.9)),
+    "a wander about as slow as the disc in minutes": ("runout_differs", rotating(1.0, hum=1.05 * 3.7 / 60)),
     "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),
     "mass loss within the noise of the balance": (
         "implausible_conditions",

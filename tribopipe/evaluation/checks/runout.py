@@ -32,8 +32,8 @@ class _Spectrum(NamedTuple):
 
     @property
     def highest(self) -> int:
-        """Multiple with the largest power."""
-        return int(np.argmax(self.power))
+        """Multiple with the largest power, of those that no wander of the signal reaches."""
+        return _AROUND + int(np.argmax(self.power[_AROUND:]))
 
     def at(self, frequency: float) -> float:
         """Return the power near a frequency, Hz; 0 beyond those that were sampled."""
