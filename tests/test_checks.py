@@ -336,6 +336,12 @@ CASES = {
         "interruptions, end_values of the pin",
         manifest(interruptions=weighings(4.0, 4.7, 4.7, 6.1), end_values__pin_wear_volume=volume(6.8)),
     ),
+    "scar_not_round": (
+        "warning",
+        manifest(end_values__disc_wear_depth="20 um"),
+        "end_values.pin_scar_diameter",
+        manifest(end_values__disc_wear_depth="2 um"),
+    ),
     "implausible_wear": (
         "warning",
         manifest(end_values={"pin_wear_volume": "1e-14 mm^3"}),
@@ -751,6 +757,19 @@ LESS = {
         both(
             manifest(interruptions=[{"sliding_distance": "1 m", "pin_wear_depth": "1 um"}]),
             lambda run: appended(running_in(run), running_in(run)),
+        ),
+    ),
+    "scar measured in both directions": (
+        "scar_not_round",
+        manifest(
+            end_values__disc_wear_depth="5 um", end_values__pin_scar_diameter={"values": ["255 um", "305 um"] * 3}
+        ),
+    ),
+    "worn scar beside a volume that is better known": (
+        "scar_not_round",
+        manifest(
+            end_values__disc_wear_depth="20 um",
+            end_values__pin_wear_volume={"value": "0.0003 mm^3", "standard_uncertainty": "1 %"},
         ),
     ),
     "hum beside a slow disc": ("runout_differs", rotating(1.0, hum=2.9)),

@@ -62,6 +62,7 @@ TITLES: Mapping[str, str] = {
     "implausible_wear": "implausible wear for sliding",
     "scar_or_radius": "scar size may be a radius",
     "elastic_scar": "scar partly elastic",
+    "scar_not_round": "scar measured in an unknown direction",
     "uneven_scars": "readings of the scar differ widely",
     "stroke_within_scar": "stroke shorter than the contact",
     "wear_decreases": "less wear at a later interruption",

@@ -37,6 +37,8 @@ _NARROW, _WIDE = 0.6, 1.6
 _ELASTIC = 0.05
 """Fraction of the wear volume calculated from a scar that is due to elastic deflection and above which it is reported,
 if it exceeds the uncertainty of the volume."""
+_ROUND = 1.1
+"""Width over length of a scar from which on k_D is wrong by about a quarter if one is taken for the mean of both."""
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _ARCHARD = (1e-11, 0.3)
@@ -410,6 +412,31 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     if end.pin_scar_diameter is not None:
         yield from _track_beside(end.pin_scar_diameter, end)
         yield from _groove_beside(end.pin_scar_diameter, run)
+
+
+@check("warning")
+def scar_not_round(run: RawRun) -> Iterator[Trouble]:
+    """Find one diameter of a scar that the groove made wider than long, from which the wear of the pin follows."""
+    scar = run.manifest.end_values.pin_scar_diameter
+    if scar is None:
+        return
+    try:
+        used = surest(pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"], "volume")
+    except (ContactError, FitError):
+        return
+    if used is None or used.name != "pin_scar_diameter" or used.pair is None:
+        return
+    shape = used.pair.contact()
+    width, length = float(shape.half_width), float(shape.half_length)
+    both_ways = scar.readings and max(scar.readings) * length > min(scar.readings) * (width + length) / 2
+    if width > _ROUND * length > 0 and not both_ways:
+        yield Trouble(
+            "end_values.pin_scar_diameter",
+            f"found one diameter, {scar.shown('um')}, although the groove makes the scar about {width / length:.2g} "
+            "times as wide as long; expected length and width",
+            "enter pin_scar_length, along the sliding direction, and pin_scar_width; the diameter is taken for their "
+            "mean, and k_D is wrong if only one of them was measured",
+        )
 
 
 @check("warning")

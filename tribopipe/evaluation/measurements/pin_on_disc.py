@@ -226,10 +226,15 @@ class _Found:
         if pin.name in VOLUMES and pin.quantity.value < 0:
             return BodyWear(pin.name, pin.source, volume=pin.quantity)
         if self.pair.disc is _NO_TRACK:
-            unseen = 0.0 if self.disc or pin.name in VOLUMES else self.unseen_groove
-            return _on_unworn_track(self.pair, pin, unseen)
+            seen = pin.name in VOLUMES or self._tells_of_the_groove(pin)
+            return _on_unworn_track(self.pair, pin, 0.0 if seen else self.unseen_groove)
         pair = self.taken_with_track(pin)
         return BodyWear(pin.name, pin.source, pair.find("pin_depth"), pair.find("pin_volume"), pair=pair)
+
+    def _tells_of_the_groove(self, pin: EndValueUsed) -> bool:
+        """Return whether the disc was measured; a track is as wide as a scar of unknown direction in any groove."""
+        widths_alone = all(way.name in WIDTHS and way.depth is None for way in self.disc)
+        return bool(self.disc) and not (widths_alone and pin.name == "pin_scar_diameter")
 
     def on_unworn_track(self, pin: EndValueUsed) -> EndValueUsed:
         """Return a reading with what the wear of the track makes of it, and as uncertain as both readings make it."""
