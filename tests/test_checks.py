@@ -166,11 +166,11 @@ def went_on(run):
     return appended(running_in(run), samples_set("friction_coefficient", slice(5), 0.001)(second))
 
 
-def rotating(unit, hum=None, count=4000):
+def rotating(unit, hum=None, rate=20.0, count=4000):
     """Friction at 20 Hz of a disc with a runout at 3.7 Hz, or another frequency; its time read in a wrong unit."""
 
     def spoil(run):
-        time = np.arange(count) / 20
+        time = np.arange(count) / rate
         turning = 0.05 * np.sin(2 * np.pi * (hum or 3.7) * time + 1)
         force = 0.2 * (0.6 + turning + 0.05 * np.random.default_rng(8).standard_normal(count))
         columns = {"time": time * unit, "sliding_distance": 0.4 * time * unit, "friction_force": force}
@@ -773,6 +773,10 @@ LESS = {
         ),
     ),
     "hum beside a slow disc": ("runout_differs", rotating(1.0, hum=2.9)),
+    "runout sampled so slowly that it seems to be that of minutes": (
+        "runout_differs",
+        rotating(1.0, rate=(3.7 - 3.7 / 60) / 20),
+    ),
     "a wander about as slow as the disc in minutes": ("runout_differs", rotating(1.0, hum=1.05 * 3.7 / 60)),
     "clock that is slower than the samples": ("repeated_samples", column("time", np.floor)),
     "mass loss within the noise of the balance": (

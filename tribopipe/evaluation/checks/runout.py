@@ -83,6 +83,13 @@ def _spectrum(time: Column, values: Column) -> _Spectrum | None:
     return _Spectrum(1 / (count * step), above)
 
 
+def _is_alias(spectrum: _Spectrum, frequency: float) -> bool:
+    """Return whether the highest line is that of a frequency, known to half of _NEAR, which is sampled too slowly."""
+    found, sampled = spectrum.highest * spectrum.lowest, 2 * len(spectrum.power) * spectrum.lowest
+    misses = [(found - one + sampled / 2) % sampled - sampled / 2 for one in (frequency, -frequency)]
+    return min(map(abs, misses)) < _NEAR / 2 * frequency + spectrum.lowest
+
+
 def _in_another_unit(spectrum: _Spectrum, expected: float) -> bool:
     """Return whether a signal repeats at a frequency that is wrong by a unit of time, and not at the expected one."""
     found = spectrum.highest * spectrum.lowest
@@ -90,4 +97,4 @@ def _in_another_unit(spectrum: _Spectrum, expected: float) -> bool:
     by_unit = any(abs(found / (expected * unit) - 1) < near for unit in _UNITS)
     by_mains = any(abs(found / mains - 1) < near for mains in _MAINS)
     clear = spectrum.power[spectrum.highest] > _LINE and spectrum.at(expected) < _NO_LINE
-    return by_unit and clear and not by_mains
+    return by_unit and clear and not by_mains and not _is_alias(spectrum, expected)
