@@ -2,11 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
 from folders import FURTHER_IDS, SAMPLE_IDS, SAMPLES
 
 from tribopipe.documents.plan import Truth
-from tribopipe.pipeline.archived_results import archived_fit, archived_friction
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.prediction import fitted_curves, run_scenario
+from tribopipe.evaluation.wear.scenario import known_wear
+from tribopipe.pipeline.archived_results import archived_correction, archived_fit, archived_friction
 from tribopipe.results.wear_prediction import WearPrediction
 
 MM3_PER_N_MM = 1e-6  # m²/N
@@ -71,3 +75,14 @@ def test_k_d_of_both_bodies_comes_back_in_every_further_contact(further_archive,
         assert low <= known.value <= high
         assert high < 1.4 * low
     assert [one.code for one in further_archive.findings(run_id) if one.severity != "note"] == []
+
+
+@pytest.mark.parametrize("run_id", FURTHER_IDS)
+def test_fitted_curve_of_every_further_contact_is_that_of_its_model(further_archive, run_id):
+    run, fit = archived_correction(further_archive, run_id).run, archived_fit(further_archive, run_id, "archard")
+    curve = fitted_curves(run, fit).bands["wear_depth"].best
+    assert curve[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-4)
+    some = np.linspace(1, len(curve) - 1, 12).astype(int)
+    scenario = run_scenario(run, "archard", known_wear(fit), None, Recipe())
+    exact = scenario.worn(run.progress[some])["wear_depth"]
+    assert curve[some] == pytest.approx(exact * curve[-1] / exact[-1], abs=5e-4 * curve[-1])

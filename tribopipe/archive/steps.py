@@ -33,7 +33,7 @@ METHODS: dict[StepStage, int] = {
     "drift_correction": 4,
     "friction_fit": 4,
     "specific_wear": 3,
-    "wear_fit": 7,
+    "wear_fit": 8,
     "prediction": 4,
     "local_wear": 1,
     "study": 5,

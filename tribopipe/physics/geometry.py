@@ -161,7 +161,8 @@ def _leg(hypotenuse: Column, other: Column) -> Column:
 
 def _angle_less_sine(angle: Column) -> Column:
     """Return θ − sin θ of an angle from 0 to π: θ³/6·(1 − θ²/20·(1 − θ²/42·(…))) where it is small."""
+    square = angle * angle
     series = np.ones_like(angle)
     for n in range(21, 3, -2):
-        series = 1 - angle**2 / (n * (n - 1)) * series
-    return np.asarray(np.where(angle < _SMALL_ANGLE, angle**3 / 6 * series, angle - np.sin(angle)))
+        series = 1 - square * series / (n * (n - 1))
+    return np.asarray(np.where(angle < _SMALL_ANGLE, angle * square / 6 * series, angle - np.sin(angle)))

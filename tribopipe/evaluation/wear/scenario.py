@@ -321,26 +321,38 @@ class Scenario:
         if self.known.covariance is not None or first.fitted_end_depth is None:
             return self._bands(run, self._together[0])
         # On a counterbody that wears, more volume is lost at the same depth: the curve ends on the fitted one.
-        places = np.maximum(run.progress, 0.0)
-        whole = float(self.effective(np.asarray(np.nanmax(places))))
+        along, places = self._places(run)
+        whole = float(self.effective(np.asarray(np.nanmax(along))))
         share = float(self.wear.progress_to(self.values, first.fitted_end_depth.value)) / whole if whole > 0 else 1.0
         coefficient = self.wear.coefficients[0]
-        best, low, high = (
+        worn = [
             self.worn(places, {**self.values, coefficient: share * k.value})
             for k in (first.wear_coefficient, *first.interval)
-        )
-        return {name: Band(best[name], low[name], high[name], unit=unit) for name, unit in self.wear.outcomes.items()}
+        ]
+        return {
+            name: Band(*(_at(along, places, one[name]) for one in worn), unit=unit)
+            for name, unit in self.wear.outcomes.items()
+        }
 
     def _bands(self, run: RawRun, of: Collection[str] | None) -> dict[str, Band]:
-        along, most = np.maximum(run.progress, 0.0), self.wear.most_places
-        places = along if most is None else _shares(most) * float(np.nanmax(along))
+        along, places = self._places(run)
         worn, spreads = self.worn(places), self.uncertainties(places, of)
         found: dict[str, Band] = {}
         for name, unit in self.wear.outcomes.items():
             half = COVERAGE_FACTOR * spreads[name]
             lines = (worn[name], np.maximum(worn[name] - half, 0.0), worn[name] + half)
-            found[name] = Band(*(np.interp(along, places, line) for line in lines) if most else lines, unit=unit)
+            found[name] = Band(*(_at(along, places, line) for line in lines), unit=unit)
         return found
+
+    def _places(self, run: RawRun) -> tuple[Column, Column]:
+        """Return the progress of each sample, and the places along it at which wear is computed."""
+        along, most = np.maximum(run.progress, 0.0), self.wear.most_places
+        return along, along if most is None else _shares(most) * float(np.nanmax(along))
+
+
+def _at(along: Column, places: Column, line: Column) -> Column:
+    """Return a line at each sample, linear between the places at which it was computed."""
+    return line if places is along else np.interp(along, places, line)
 
 
 def _shares(most: int) -> Column:
