@@ -11,7 +11,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from folders import SAMPLES
 from hostile_runs import hostile_archive
 from pydantic import ValidationError
 from test_cli_contract import FLAGS
@@ -156,13 +155,13 @@ def test_every_command_is_among_them():
 
 
 @pytest.fixture(scope="module")
-def _made(short_runs, tmp_path_factory) -> Path:
+def _made(short_runs, short_plan, tmp_path_factory) -> Path:
     place = tmp_path_factory.mktemp("steering") / "place"
     hostile_archive(short_runs / RUN, place / "archive", NASTY)
     hostile_run(short_runs / "si3n4-air-400mN", place / "texts", signals=False)
     hostile_run(short_runs / "si3n4-air-400mN", place / "columns", signals=True)
     shutil.copy(place / "texts" / "signals.csv", place / "bare.csv")
-    shutil.copy(SAMPLES / "plan.toml", place)
+    shutil.copy(short_plan, place)
     (place / "recipe.toml").write_text(
         'schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n', encoding="utf-8"
     )

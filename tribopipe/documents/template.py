@@ -6,7 +6,7 @@ from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model
+from pydantic import ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
 
 from tribopipe.documents.contact import Contact
@@ -17,6 +17,12 @@ from tribopipe.documents.toml import parse_toml, read_bytes
 
 _OF_ONE_RUN = ("id", "started", "interruptions")
 _SECTIONS = ("schema_version", "contact", "conditions", "signals", "end_values", "sensors")
+
+
+class _Part(Record):
+    """Keys that have their descriptions from another record, so that none is looked for in the source."""
+
+    model_config = ConfigDict(use_attribute_docstrings=False)
 
 
 def _optional(kind: Any, description: str | None, **rules: Any) -> Any:
@@ -30,7 +36,7 @@ def _as_it_is(key: FieldInfo) -> Any:
 def _part_of(record: type[Record], without: Container[str] = (), **others: Any) -> type[Record]:
     """Make a record of the same keys, none of them needed; rules that bind several keys are left to run.toml."""
     keys = {name: _as_it_is(key) for name, key in record.model_fields.items() if name not in without}
-    return create_model(f"{record.__name__}Template", __base__=Record, __doc__=record.__doc__, **(keys | others))
+    return create_model(f"{record.__name__}Template", __base__=_Part, __doc__=record.__doc__, **(keys | others))
 
 
 def _contact(contact: type[Contact]) -> type[Record]:
