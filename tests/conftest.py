@@ -1,6 +1,7 @@
 """What the tests share: a short virtual run, an archive of one, and the command run as a user runs it."""
 
 import functools
+import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -26,6 +27,9 @@ from tribopipe.results.run import RawRun
 # The first example of a test may have to import what takes longer than the others.
 settings.register_profile("tribopipe", deadline=None)
 settings.load_profile("tribopipe")
+# Tests start Python hundreds of times: without compiled files, each would compile the whole package again.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
@@ -35,15 +39,15 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put those that look at archived samples where a process begins, so that each makes one archive of the two."""
-    kinds: dict[str, list[pytest.Item]] = {"sample_archive": [], "disc_archive": [], "": []}
+    kinds: dict[str, list[pytest.Item]] = {"sample_archive": [], "disc_archive": [], "further_archive": [], "": []}
     for item in items:
         asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves
         named = [value for value in asked.params.values() if isinstance(value, str)] if asked else []
         used = {*getattr(item, "fixturenames", ()), *named}
         kinds[next(kind for kind in kinds if kind in used or not kind)].append(item)
-    samples, discs, others = kinds.values()
+    samples, discs, further, others = kinds.values()
     half = max(0, len(items) // 2 - len(samples))
-    items[:] = [*samples, *others[:half], *discs, *others[half:]]
+    items[:] = [*samples, *others[:half], *discs, *further, *others[half:]]
 
 
 @pytest.fixture(scope="session")
@@ -110,6 +114,14 @@ def runs(tmp_path_factory) -> Path:
 def filled(runs, tmp_path_factory) -> Path:
     """An archive of those runs, corrected; not to be written into."""
     return fill(tmp_path_factory.mktemp("study") / "archive", runs).folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _not_waiting_for_the_disk() -> Iterator[None]:
+    """Leave files to the operating system: they need not outlast a power failure."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.fsync", lambda descriptor: None)  # noqa: ARG005
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -144,7 +144,8 @@ def first_problem(
     # A mistyped key is both unknown and missing: the unknown one says more.
     first = next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    location = tuple(step for step in first["loc"] if step not in _union_tags(record) and step != "[key]")
+    tags = {*_union_tags(record), "[key]"}
+    location = tuple(step for step in first["loc"] if step not in tags)
     if "discriminator" in first.get("ctx", {}):
         location += (first["ctx"]["discriminator"].strip("'"),)
     key = _dotted(location)

@@ -219,7 +219,7 @@ class Known:
 
     def fits(self, key: str, value: Any) -> bool:
         """Return whether a value could stand next to what is known, on this type of tribometer."""
-        return self.problem({"contact.kind": self.kind, key: value}) is None
+        return _refusal(self.values | {"contact.kind": self.kind, key: value}) is None
 
     def take(self, key: str, value: Any, origin: str = "") -> str | None:
         """Take a value where it fits, in the place of any before it, or report why it does not."""
@@ -308,11 +308,16 @@ def alike(key: str, one: Any, other: Any, within: float = _ALIKE) -> bool:
 
 def problem_of(values: Values) -> str | None:
     """Report what is wrong with values by key, with stand-ins for what a whole run.toml needs next to them."""
+    refused = _refusal(values)
+    return None if refused is None else first_problem(refused, RunManifest)
+
+
+def _refusal(values: Values) -> ValidationError | None:
     frame = {"schema": MANIFEST_SCHEMA, "id": "run", "signals": [{"file": "signals"}]}
     try:
         RunManifest.model_validate(nested(frame | _stand_ins(values) | dict(values)))
     except ValidationError as error:
-        return first_problem(error, RunManifest)
+        return error
     return None
 
 
@@ -341,10 +346,12 @@ def _stand_ins(values: Values) -> dict[str, Any]:
 
 def _kind(values: Values) -> str:
     """Give the type of tribometer: a pin on a disc, unless known values are of bodies that it does not have."""
+    if "contact.kind" in values:
+        return str(values["contact.kind"])
     tables = {key.rpartition(".")[0] for key in values}
     tables -= set(bodies_of(next(iter(contacts()))))
     described = {kind: sum(table in tables for table in bodies_of(kind)) for kind in contacts()}
-    return str(values.get("contact.kind", max(described, key=lambda kind: described[kind])))
+    return max(described, key=lambda kind: described[kind])
 
 
 def _needed_of_bodies(values: Values) -> list[str]:
