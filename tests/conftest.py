@@ -25,7 +25,7 @@ from tribopipe.pipeline.stages import process
 from tribopipe.results.run import RawRun
 
 # The first example of a test may have to import what takes longer than the others.
-settings.register_profile("tribopipe", deadline=None)
+settings.register_profile("tribopipe", deadline=None, max_examples=50)
 settings.load_profile("tribopipe")
 # Tests start Python hundreds of times: without compiled files, each would compile the whole package again.
 sys.dont_write_bytecode = False

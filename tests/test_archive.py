@@ -58,7 +58,7 @@ def test_long_column_of_texts_is_kept(bare_run, tmp_path):
     assert list(archive.raw("bare").extras["Clock"].values) == list(clock)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     npst.arrays(np.float64, st.integers(2, 600), elements=st.floats(allow_infinity=False, width=64)),
     st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=20), min_size=2, max_size=2),

@@ -49,7 +49,7 @@ def wear_curve(distance):
     return PIN.worn(PIN.volume(WEAR_END) * distance / distance[-1]).depth
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(-50e-6, 50e-6), st.floats(-5e-9, 5e-9))
 def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate):
     distance = np.linspace(0, 500, 2001)

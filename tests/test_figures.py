@@ -216,11 +216,8 @@ THEIRS = (
 RUN = "import sys; from tribopipe.cli.entry_point import main; sys.exit(main())"
 
 
-# A home that is new to matplotlib has no list of fonts yet, which takes seconds.
-_SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("MPLCONFIGDIR", "home")]
-
-
-@pytest.mark.parametrize("place", ["current folder", *_SLOW])
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["current folder", "MPLCONFIGDIR", "home"])
 def test_a_matplotlibrc_has_no_effect_on_process(short_runs, archive, run_cli, tmp_path, place):
     """TeX is asked for, which need not be there, in each place where matplotlib looks for its settings."""
     run, at, home = short_runs / "si3n4-air-200mN", tmp_path / "at", tmp_path / "home"

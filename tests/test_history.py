@@ -147,8 +147,7 @@ def attacked(run_cli, folder: Path, name: str, attack: Attack, another: Path, *,
     return [at_once, after_ls, seen(run_cli, folder, name)]
 
 
-@pytest.mark.parametrize("name", FILES)
-@pytest.mark.parametrize("attack", ATTACKS)
+@pytest.mark.parametrize(("name", "attack"), [*zip(FILES, ATTACKS, strict=True)])
 @pytest.mark.parametrize("catalogue", [True, False])
 def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, attack, catalogue):
     elsewhere = Path(shutil.copytree(folder, tmp_path / "elsewhere"))
@@ -495,7 +494,15 @@ MOMENTS = [(history, "_added"), (history, "_keep_head"), (Path, "mkdir")]
 """At which processes end, beside those at which files are put on the disk and given their name."""
 
 
-@pytest.mark.parametrize("change", [change_run, add_run, change_study, take_in, take_out, put_back])
+@pytest.mark.parametrize(
+    "change",
+    [
+        change_run,
+        add_run,
+        take_out,
+        *(pytest.param(one, marks=pytest.mark.slow) for one in (change_study, take_in, put_back)),
+    ],
+)
 def test_wherever_a_writer_is_killed_there_is_no_alarm(folder, bare_run, tmp_path, change):
     if change in (take_in, put_back):
         remove(Archive(folder), OTHER, force=True)

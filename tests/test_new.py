@@ -567,7 +567,7 @@ FACTS = st.dictionaries(
 
 
 @given(facts=FACTS, name=TEXTS.filter(bool), column=TEXTS.map(str.strip).filter(bool))
-@settings(max_examples=60)
+@settings(max_examples=20)
 def test_whatever_headers_and_names_hold_the_manifest_parses_back_equal(facts, name, column):
     known, text = drafted(export_of(name, facts, ((column, "N"), ("time", "s"))))
     told = tomllib.loads(text)

@@ -67,6 +67,7 @@ def walked() -> Walked:
     return own_patterns()
 
 
+@pytest.mark.slow
 def test_no_pattern_can_read_a_long_text_in_many_ways(walked):
     assert len(walked.patterns) > 150
     found = {f"{one.where}, {one.call}": word for one in walked.patterns if (word := ambiguity(one.pattern, one.call))}
@@ -75,6 +76,7 @@ def test_no_pattern_can_read_a_long_text_in_many_ways(walked):
     assert {where.rpartition(",")[0] for where in found} == LONGEST.keys()
 
 
+@pytest.mark.slow
 def test_no_pattern_made_while_tribopipe_runs_can(walked):
     assert {where.partition(":")[0] for where in walked.built} == BUILT.keys()
     patterns = [(re.compile(pattern), call) for made in BUILT.values() for pattern, call in made]

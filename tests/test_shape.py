@@ -196,7 +196,7 @@ def comparison(raw: RawRun, laws: Sequence[LawName] = ("archard", "sarkar")):
 
 
 @pytest.mark.parametrize("truth", ["archard", "sarkar"])
-@pytest.mark.parametrize("seed", [31, 32, 33, 34])
+@pytest.mark.parametrize("seed", [31, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (32, 33, 34))])
 def test_the_law_that_a_run_was_made_with_is_preferred(truth, seed):
     found = comparison(seeded(LIGHT, seed, truth))
     assert found.preferred == truth
@@ -204,7 +204,7 @@ def test_the_law_that_a_run_was_made_with_is_preferred(truth, seed):
 
 
 @pytest.mark.parametrize("truth", OWN)
-@pytest.mark.parametrize("seed", [51, 52])
+@pytest.mark.parametrize("seed", [51, pytest.param(52, marks=pytest.mark.slow)])
 def test_no_other_law_is_preferred_to_the_one_that_a_run_was_made_with(truth, seed):
     """Running-in, whatever the study gives of it, costs two parameters more than the other laws."""
     found = comparison(run_in(seed) if truth == "running_in" else seeded(LIGHT, seed, truth), OWN)

@@ -199,6 +199,7 @@ def on_flat(**changes) -> tuple[Series, VirtualRun]:
         "sliding_speed": "1 m/s",
         "sliding_distance": "1000 m",
         "track_radius": "6 mm",
+        "sensors": {"sampling_rate": "1 Hz"},
         "contact": {
             "kind": "pin-on-disc",
             "ball": {"diameter": "6 mm", "material": "a", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3},

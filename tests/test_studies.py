@@ -474,6 +474,7 @@ def test_studies_with_a_run_in_common_are_taken_by_one_worker_after_the_other(st
     ]
 
 
+@pytest.mark.slow
 def test_studies_by_a_crew_are_those_of_one_process(store, tmp_path):
     alone = Archive(shutil.copytree(store.folder, tmp_path / "alone"))
     other = QUICK.model_copy(update={"id": "other"})
