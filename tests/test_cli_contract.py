@@ -244,11 +244,15 @@ BEFORE = {
     "study show one": JSON_COMMANDS["study run"],
 }
 """What has to be done first."""
+LONG = {"predict two", "predict onto", "study show"}
+"""Cases for the slow tests, each of which differs little from the one after or before it."""
 STUDY = 'id = "alone"\nfit = ["si3n4-air-200mN"]\nlaws = ["archard"]\nend_of_life = "10 um"\n'
 
 
 @pytest.mark.usefixtures("sample_run")
-@pytest.mark.parametrize("case", JSON_COMMANDS)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow if case in LONG else ()) for case in JSON_COMMANDS]
+)
 def test_json_is_one_document_of_quantities_with_units(run_cli, archive, short_plan, case):
     shutil.copy(short_plan, archive.parent)
     (archive.parent / "study.toml").write_text(STUDY, encoding="utf-8")

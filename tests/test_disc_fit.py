@@ -268,7 +268,7 @@ def test_intervals_hold_the_truth_in_most_of_a_few_runs():
 @pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_percent_of_many_runs(monkeypatch):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
-    assert_binomial(coverage(200), 200)
+    assert_binomial(coverage(100), 100)
 
 
 # --- what is said beside ---

@@ -30,12 +30,12 @@ def fuzz(how: str, seconds: int, folder: Path, names: list[str], seed: int = 1) 
 
 
 def test_files_changed_by_drawn_rules(tmp_path):
-    fuzz("seeded", 30, tmp_path, IN_PROCESS)
+    fuzz("seeded", 15, tmp_path, IN_PROCESS)
 
 
 @pytest.mark.parametrize("name", OTHERS_DO_THE_READING)
 def test_files_read_by_a_process_of_their_own(tmp_path, name):
-    fuzz("seeded", 10, tmp_path, [name])
+    fuzz("seeded", 5, tmp_path, [name])
 
 
 @pytest.mark.parametrize("name", IN_PROCESS)
@@ -52,4 +52,4 @@ def test_fields_longer_than_any_in_any_line(name):
 
 @pytest.mark.skipif(find_spec("atheris") is None, reason="atheris is not installed")
 def test_files_found_by_coverage(tmp_path):
-    fuzz("guided", 45, tmp_path, IN_PROCESS)
+    fuzz("guided", 20, tmp_path, IN_PROCESS)

@@ -147,7 +147,14 @@ def attacked(run_cli, folder: Path, name: str, attack: Attack, another: Path, *,
     return [at_once, after_ls, seen(run_cli, folder, name)]
 
 
-@pytest.mark.parametrize(("name", "attack"), [*zip(FILES, ATTACKS, strict=True)])
+@pytest.mark.parametrize(
+    ("name", "attack"),
+    [
+        pytest.param(name, attack, marks=() if number == place else pytest.mark.slow)
+        for number, name in enumerate(FILES)
+        for place, attack in enumerate(ATTACKS)
+    ],
+)
 @pytest.mark.parametrize("catalogue", [True, False])
 def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, attack, catalogue):
     elsewhere = Path(shutil.copytree(folder, tmp_path / "elsewhere"))
@@ -589,7 +596,7 @@ def test_without_room_for_a_line_nothing_is_written(folder, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows forks no processes")
-@pytest.mark.parametrize("times", [4, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [4, pytest.param(60, marks=pytest.mark.slow)])
 def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
     from forks import forked
     from forks import killed as ended_by_that

@@ -271,7 +271,7 @@ def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id
     series, run = CASES[run_id]
     series = series.model_copy(update={"systematic_errors": True})
     recipe = Recipe(wear=WearRecipe(correction=correction))
-    held, count = 0, 80
+    held, count = 0, 50
     for seed in range(count):
         fit = fit_wear(correct_drift(record(series, run, seed=20_000 + seed)), recipe=recipe)
         low, high = (end.value for end in fit.first.interval)

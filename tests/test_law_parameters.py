@@ -118,7 +118,7 @@ def test_parameter_is_as_uncertain_as_drift_and_end_value_leave_it():
 @pytest.mark.slow
 def test_parameter_and_coefficient_are_those_of_the_model_where_the_reading_walks():
     walking = replace(REGIMES["Si3N4"], noise=(White(0.05e-6), Walk(0.3e-6)))
-    spread = np.sqrt(np.mean(off(walking, range(24)) ** 2, axis=0))
+    spread = np.sqrt(np.mean(off(walking, range(12)) ** 2, axis=0))
     assert np.all((spread > 0.6) & (spread < 1.5))
 
 

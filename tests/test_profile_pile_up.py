@@ -83,7 +83,7 @@ def test_areas_lie_within_their_uncertainty(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_areas_lie_within_their_uncertainty_over_many_seeds(case):
-    check(case, 300)
+    check(case, 100)
 
 
 def test_signs_and_what_is_where():

@@ -148,6 +148,19 @@ COMMANDS: dict[str, list[list[str]]] = {
     "schema export": [[NASTY]],
 }
 """Command lines that show texts of a lab; ``test_every_command_is_among_them`` finds any that is missing."""
+LONG = {
+    "new",
+    "process",
+    "simulate",
+    "local-wear",
+    "study figures",
+    "export dataset",
+    "import",
+    "reproduce",
+    "report",
+    "watch",
+}
+"""Commands that take so long that they are run among the slow tests alone; all of them show texts as the others do."""
 
 
 def test_every_command_is_among_them():
@@ -179,7 +192,9 @@ def place(_made, tmp_path, monkeypatch) -> Path:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names of files")
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in COMMANDS]
+)
 def test_no_command_is_steered(on_terminal, place, command):
     assert (place / "archive").is_dir()
     for line in COMMANDS[command]:

@@ -689,8 +689,8 @@ def test_defaults_used_are_named_beside_the_verdict(pair):
 
 @pytest.mark.slow
 def test_a_law_that_holds_is_called_off_in_about_one_of_a_hundred_runs():
-    told = []
-    for seed in range(150):
+    told, count = [], 75
+    for seed in range(count):
         runs = {}
         for name, run_id, number in (("light", LIGHT, 0), ("heavy", MIDDLE, 1)):
             series, run = CASES[run_id]
@@ -698,7 +698,7 @@ def test_a_law_that_holds_is_called_off_in_about_one_of_a_hundred_runs():
             runs[name] = member_of(record(series, run, id=name, seed=50_000 + 2 * seed + number, sensors=SLOW))
         told.append(verdict_on(evaluate(study(["light"], ["heavy"], laws=["archard"]), runs), "heavy"))
     called_off = np.mean([one.outcome in ("over-predicts", "under-predicts") for one in told])
-    assert called_off <= 0.01 + 3 * np.sqrt(0.01 * 0.99 / 150)
-    scatter = 3 * np.sqrt(0.05 * 0.95 / 150)
+    assert called_off <= 0.01 + 3 * np.sqrt(0.01 * 0.99 / count)
+    scatter = 3 * np.sqrt(0.05 * 0.95 / count)
     assert np.mean([abs(one.first.e_n) > 1 for one in told]) == pytest.approx(0.05, abs=scatter)
     assert np.mean([one.outcome == "supported" for one in told]) > 0.8
