@@ -66,6 +66,7 @@ REAL_FILES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pattern", REAL_FILES)
 def test_no_false_claim_among_real_files(pattern):
     paths = sorted(REAL.glob(pattern))

@@ -287,8 +287,8 @@ def check_shape(shape, noise, length, seeds, least=0.9):
 
 @pytest.mark.parametrize("shape", [*SHAPES, None])
 def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
-    check_shape(shape, 0.02, 0.0, 5)
-    check_shape(shape, 0.005, 5.0, 5)
+    check_shape(shape, 0.02, 0.0, 10)
+    check_shape(shape, 0.005, 5.0, 10)
 
 
 @pytest.mark.slow

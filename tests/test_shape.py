@@ -89,6 +89,7 @@ def test_trends_of_sound_runs_are_as_improbable_as_they_say(sound):
     assert 0.3 <= np.mean(told < 0.5) <= 0.7
 
 
+@pytest.mark.slow
 def test_changes_of_sound_runs_are_as_improbable_as_they_say(sound):
     told = np.array([shape.change_point().p_value for shape in sound])
     assert np.all((told > 0) & (told <= 1))
@@ -96,6 +97,7 @@ def test_changes_of_sound_runs_are_as_improbable_as_they_say(sound):
     assert 0.3 <= np.mean(told < 0.5) <= 0.7
 
 
+@pytest.mark.slow
 def test_residuals_of_sound_runs_are_as_large_as_their_noise(sound):
     # What is fitted: k_D, one zero offset, drift.
     reduced = [shape.sum_of_squares / (len(shape.residual) - 3) for shape in sound]

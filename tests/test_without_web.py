@@ -41,6 +41,7 @@ def test_the_extra_has_the_packages_of_the_server():
     assert "web" in re.search(r"\[(.*)\]", EXTRAS["test"][0])[1].split(",")
 
 
+@pytest.mark.slow
 def test_a_run_is_processed_without_the_packages_of_the_server(sample_run):
     done = without_web("process", sample_run.name, cwd=sample_run.parent)
     assert done.returncode == 0, done.stderr
