@@ -8,6 +8,8 @@ from archived_files import edited
 from folders import edit_rows, replace_in, set_key, tree_bytes
 from hanging import ends_soon
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 HEADER = "Time [s],Depth [um],Ff [mN],Fn [mN]"
 FILE_LINE = r'file = "signals\.csv"'
 

@@ -26,6 +26,8 @@ from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.documents.annotation import Mark
 from tribopipe.results.wear_fit import WearFit
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 RUN, OTHER = "si3n4-air-200mN", "si3n4-air-other"
 BAD = Mark(kind="bad", reason="slipped", date="2026-01-01T00:00:00+00:00")
 

@@ -17,6 +17,8 @@ from folders import edit_rows, replace_in, set_key, tree_bytes
 from tribopipe import __version__
 from tribopipe.archive.store import Archive
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 COMMON = {"--archive", "--json"}
 STEP = COMMON | {"--recipe", "--force"}
 MANY = {"--jobs", "--scheduler"}

@@ -17,6 +17,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.cli import output
 from tribopipe.documents.annotation import Mark
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 RUN, HEAVIER = "si3n4-air-200mN", "si3n4-air-400mN"
 
 

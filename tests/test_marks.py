@@ -24,6 +24,8 @@ from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.pipeline.stages import advance, ingest, predict_from_lightest, process
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 RUN = "si3n4-air-200mN"
 HEAVIER = "si3n4-air-400mN"
 AGAIN = "si3n4-air-200mN-again"

@@ -29,6 +29,8 @@ from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.reader import Match, ReadColumn, ReadTable, reader_named
 from tribopipe.results.run import SourceFile
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 REAL = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "winducom-dwf-al10cu"
 REAL_FILES = sorted(REAL.glob("*/*.dwf"))
 LOAD = "conditions.normal_load=50 N"

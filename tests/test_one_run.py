@@ -15,6 +15,8 @@ from tribopipe.pipeline.stages import advance, process
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.run import SourceFile, UnheldSource
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 RUN = "si3n4-air-200mN"
 
 

@@ -14,6 +14,8 @@ from tribopipe.base.errors import OutputError
 from tribopipe.cli.app import app
 from tribopipe.pipeline.output_paths import made_here, require_free, require_outside
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 RUN = "si3n4-air-200mN"
 FILES = {
     ("export runs", "output"): "export runs --output {} --archive archive",

@@ -19,6 +19,8 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import given_wear
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 MM, K_1 = 1e-3, 1.35e-14
 SI3N4 = {
     # k_2/k_1: pin depth, groove depth, approach, half width, half length in mm, cross-section in mm².

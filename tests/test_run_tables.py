@@ -17,6 +17,8 @@ from tribopipe.archive.store import Archive
 from tribopipe.pipeline.stages import process
 from tribopipe.views.run_tables import FORMS, _rounded, _siunitx, runs_csv, runs_latex, runs_markdown, runs_workbook
 
+pytestmark = pytest.mark.usefixtures("few_draws")
+
 NUMBERS = [column.name for column in COLUMNS.values() if column.kind == "number"]
 
 
