@@ -168,8 +168,10 @@ class SphereOnTrack(OnTrack):
             self._about(v, s),
             self.most,
         )
-        unworn = 0.0 if np.all(v > 0) else self.groove_depth_at(s, h_p)
-        return self.at_depths(h_p, np.where(v > 0, kappa * self.middle_slice(h_p), unworn))
+        groove, alone = np.asarray(kappa * self.middle_slice(h_p)), v <= 0
+        if np.any(alone & (s > 0)):
+            groove = np.where(alone, self.groove_depth_at(np.where(alone, s, 0.0), h_p), groove)
+        return self.at_depths(h_p, groove)
 
     def _by_master_curve(self, v: Array, s: Array) -> WornContact | None:
         """Return many contacts at once, or None where some are worn away.
