@@ -330,7 +330,7 @@ def test_no_examples_no_pass():
 
 
 def test_the_worked_example_of_the_docs(monkeypatch):
-    section = DOCS.read_text(encoding="utf-8").partition("# A reader as a plugin")[2]
+    section = DOCS.read_text(encoding="utf-8").partition("# A reader as a plug-in")[2]
     reader, test = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     declared = tomllib.loads(re.search(r"```toml\n(.*?)```", section, re.DOTALL)[1])
     module = types.ModuleType("acme_tribo")
