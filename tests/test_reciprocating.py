@@ -109,7 +109,11 @@ def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm", "radius": "3 mm"}, "flat": STEEL}},
-            r"contact\.ball: found radius, a key that does not apply to a ball",
+            r"contact\.ball: found radius, a key that does not apply to a ball; expected diameter; remove radius",
+        ),
+        (
+            {"contact": {"kind": "reciprocating", "ball": {"radius": "3 mm", **STEEL}, "flat": STEEL}},
+            r"contact\.ball: found radius, .*; enter twice the radius as diameter",
         ),
         (
             {"contact": {"kind": "reciprocating", "ball": {"diameter": "6 mm"}, "pin": STEEL, "flat": STEEL}},

@@ -537,10 +537,10 @@ class Ball(Specimen):
     def _described_by_its_diameter(cls, ball: Any) -> Any:
         key = next((key for key in ("shape", "radius", "flat_radius") if isinstance(ball, Mapping) and key in ball), "")
         if key:
-            raise ValueError(
-                f"found {key}, a key that does not apply to a ball; expected diameter; remove {key}, or use "
-                "[contact.pin]"
-            )
+            # "[contact.pin]" would be worded in the names of this contact, which has a ball.
+            halved = key == "radius" and "diameter" not in ball
+            remedy = "enter twice the radius as diameter" if halved else f"remove {key}"
+            raise ValueError(f"found {key}, a key that does not apply to a ball; expected diameter; {remedy}")
         return ball
 
 
