@@ -169,7 +169,9 @@ def wear_panels(
         lines = [_law(x, run.id, curves, shown.outcome, shown.unit, shown.factor) for curves in laws]
         wear = shown.measured
         if wear is not None:
-            lines.insert(0, Curve("corrected pin wear", "measured", x, wear, shown.unit, run.id, path=PIN_WEAR))
+            lines.insert(
+                0, Curve(f"corrected {_pin_name(run)} wear", "measured", x, wear, shown.unit, run.id, path=PIN_WEAR)
+            )
         panels.append(Panel(shown.quantity, shown.unit, tuple(lines), shown.marks, shown.body))
         left = tuple(
             Curve(f"measured − {line.name}", "residual", x, wear - line.y, shown.unit, run.id, line.law)
@@ -204,9 +206,15 @@ def _spare(x: Column, run: RawRun, fits: Sequence[WearCurves], body: str) -> lis
 
 
 def _pin(x: Column, corrected: CorrectedRun) -> _Shown:
-    name = "pin wear measured after the test, 95 % CI"
+    pin = _pin_name(corrected.run)
+    name = f"{pin} wear measured after the test, 95 % CI"
     marks = mark(name, corrected.id, x, corrected.correction.pin_wear_depth, MICRONS)
-    return _Shown("", "pin wear depth", "wear_depth", MICRONS, marks, corrected.pin_wear_depth)
+    return _Shown("", f"{pin} wear depth", "wear_depth", MICRONS, marks, corrected.pin_wear_depth)
+
+
+def _pin_name(run: RawRun) -> str:
+    """Return the name of the body in the role of the pin, such as "ball" or "block"."""
+    return run.manifest.worded("the pin").removeprefix("the ")
 
 
 def _discs(x: Column, run: RawRun, laws: Sequence[WearCurves]) -> Iterator[_Shown]:
