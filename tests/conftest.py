@@ -85,9 +85,7 @@ def other_run(short_runs, tmp_path) -> Path:
 @pytest.fixture(scope="session")
 def _processed(short_runs, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("processed") / "archive"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)
-        list(process([short_runs / "si3n4-air-200mN"], Archive(folder)))
+    list(process([short_runs / "si3n4-air-200mN"], Archive(folder)))
     (folder / FILE_NAME).unlink()
     return folder
 
