@@ -146,7 +146,7 @@ class RunFiles:
         if changed is not None:
             raise ArchiveError(
                 f"{found}: {changed} has changed; expected unchanged instrument files or another ID; change id in "
-                f"run.toml, or move the archived file away if this run replaces it"
+                "run.toml, or move the archived file away if this run replaces it"
             )
         if not amend:
             raise ArchiveError(

@@ -92,7 +92,7 @@ def _sizes(manifest: RunManifest) -> Iterator[_Size]:
 
 
 _MOST_TURNS, _MOST_CYCLES = 10_000 / 60, 1000.0
-"""Largest frequency, 1/s, of rotation and of strokes: those of the fastest tribometers."""
+"""Frequencies, 1/s, of rotation and of strokes beyond which a unit is wrong, rather than the tribometer fast."""
 
 
 def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:

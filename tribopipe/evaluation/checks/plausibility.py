@@ -42,7 +42,7 @@ _ROUND = 1.1
 _UNEVEN = 1.3
 """Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _ARCHARD = (1e-11, 0.3)
-"""Least and largest k·H: published values range from about 1e-10, in the best lubrication, to 0.1, in abrasion."""
+"""Least and largest k·H that passes without a word: wide enough that a unit is wrong, rather than wear unusual."""
 _FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
 """Fewest intervals in which losses are distinguished from totals; largest over smallest rate if they are losses, and
 lowest over first rate if they are totals."""
@@ -381,7 +381,7 @@ def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Tro
 
 
 def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trouble]:
-    """Find a dimensionless wear coefficient k·H beyond those of abrasion and of the best lubrication."""
+    """Find a dimensionless wear coefficient k·H that is too large or too small for sliding wear."""
     (softest, hardest), spread = _hardness(body), CLEARLY * (rate.standard_uncertainty or 0.0)
     highest = (rate.value - spread) * softest > _ARCHARD[1]
     if highest or 0 < rate.value + spread < _ARCHARD[0] / hardest:
