@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ContactError
@@ -126,6 +126,7 @@ def test_wear_starts_under_hertz_s_pressure():
 @given(log_volume=st.floats(-19, -10.5), log_ratio=st.floats(-2, 6))
 def test_the_elastic_start_can_be_inverted_and_its_slopes_are_derivatives(log_volume, log_ratio):
     volume, ratio = 10.0**log_volume, 10.0**log_ratio
+    assume(ratio * volume < 0.6 * np.pi * RADIUS**2 / 2)  # beyond about 0.8, the groove would be deeper than the ball
     found = ELASTIC.worn(volume, ratio * volume)
     again = ELASTIC.worn_to(found.pin_depth, ratio)
     assert again.pin_volume == pytest.approx(volume, rel=1e-6)
