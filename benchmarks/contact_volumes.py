@@ -44,15 +44,18 @@ _SHAPE = (2 / 3 - 3 * np.pi / 16) / (2 / 3 + 3 * np.pi / 16) / np.sqrt(3)
 """That of the section of a real groove of known width: between those that rigid bodies make of it at the extremes."""
 _SCAR = 5e-6
 """m, of the microscope."""
-_ENDS = 0.9
-"""Length of both ends of a groove over half the length of the scar: strokes of 7 to 27 of these, cell by cell."""
+_EVENED = (0.04, 0.12, 0.4, 1.2, 4.0)
+_ENDS = (0.01, 0.13, 0.46, 0.75, 0.96)
+"""By how many half lengths of the scar the middle of a groove is longer than its stroke, as cells of ball and flat wear
+pass by pass, for groove depths over the deflection times 0.4·(half length/stroke)²: about so for κb from 0.1 to 3.
+"""
 _SPREAD = np.log(3.0)
 """Coefficients are between a third and three times the usual ones."""
 _STEP = 1e-4
 """Relative step of a difference quotient."""
 _DRAWS = 10_000
 _ALONE = Path(__file__).parents[1] / "sample_runs" / "si3n4-air-200mN"
-_SOFT = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+_SOFT: dict[str, Any] = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 Truth = Mapping[str, float]
 
@@ -142,12 +145,22 @@ def _ball_in_groove(rig: Rig, truth: Truth) -> dict[str, float]:
     (ball, other), work = rig.usual, truth["load"] * rig.distance
     around = truth["path"] * (1 if reciprocating else 2 * np.pi)
     scar = Outline(0.0, 0.0)
-    for _ in range(4 if reciprocating else 1):
-        # The groove of a stroke is longer than it, by about half the length of the scar.
-        longer = around + (_ENDS * scar.length if reciprocating else 0.0)
+    for _ in range(6 if reciprocating else 1):
+        longer = around + (_beyond_the_stroke(scar, truth) if reciprocating else 0.0)
         section = truth[other] / truth[ball] / longer / truth["shape"]
         scar = scar_outline(truth["radius"], section, truth[ball] * work)
     return {"pin_scar_length": 2 * scar.length, f"{other}_track_width": 2 * scar.width}
+
+
+def _beyond_the_stroke(scar: Outline, truth: Truth) -> float:
+    """Return how much longer than its stroke a groove with the section of its middle would be, m."""
+    if not scar.length:
+        return 0.0
+    modulus = float(_SOFT["youngs_modulus"].split()[0]) * 1e9 / (1 - _SOFT["poisson_ratio"] ** 2) / 2
+    groove, area = (scar.width**2 - scar.length**2) / 2 / truth["radius"], 2.9 * scar.width * scar.length
+    deflection = truth["load"] / area * scar.length / 1.7 / modulus
+    evened = 0.4 * groove / deflection * (scar.length / truth["path"]) ** 2
+    return float(np.interp(np.log(evened), np.log(_EVENED), _ENDS, left=0.0)) * scar.length
 
 
 def _ball(rig: Rig) -> dict[str, Any]:

@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.geometry import segment_area, short_cap_volume, stroke_volume
+from tribopipe.physics.geometry import segment_area, short_cap_volume
 from tribopipe.physics.pin_on_track import SphereOnTrack, WornContact
+from tribopipe.physics.stroke_ends import Stroke
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, styled
 
 if TYPE_CHECKING:
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
 
 BLUE, RED, GREEN = PALETTE[:3]
 BALL, APPROACH = 3e-3, 20e-6
-"""Radius of the ball and approach of both bodies, m; the ratios hardly depend on them."""
+"""Radius of the ball and approach of both bodies, m; ratios of one body hardly depend on them."""
+STIFFNESS = np.asarray(115e9 / 10.0)
+"""Reduced modulus of steel bodies over a load of 10 N, 1/m²."""
 SIZE = (7.0, 2.9)
 
 
@@ -38,9 +41,7 @@ def groove_ratio(worn: WornContact) -> Column:
 def middle_ratio(stroke_over_width: Column, worn: WornContact) -> Column:
     """Return cross-section in the middle times stroke, over the volume of the groove with both of its ends."""
     stroke = stroke_over_width * 2 * worn.half_width
-    return np.asarray(
-        worn.groove_area * stroke / stroke_volume(area=worn.groove_area, stroke=stroke, ends=worn.groove_revolved)
-    )
+    return np.asarray(stroke / Stroke(stroke, STIFFNESS).extended(worn))
 
 
 def taper_ratio(taper: Column, half_width: float, ring: float) -> Column:
@@ -76,7 +77,7 @@ def plot_g133() -> Figure:
     figure = Figure(figsize=SIZE, layout="constrained")
     flat, ball = figure.subplots(1, 2)
     strokes = np.geomspace(1.5, 100.0, 181)
-    for depth, colour, style, name in ((100.0, BLUE, "-", "unworn ball"), (0.1, RED, "--", "worn ball")):
+    for depth, colour, style, name in ((100.0, BLUE, "-", "unworn ball"), (1.0, RED, "--", "ball worn as deep")):
         worn = worn_ball(np.array([depth]))
         flat.semilogx(strokes, middle_ratio(strokes, worn), color=colour, ls=style, label=name)
     flat.axhline(1.0, color=GREY, lw=0.8)

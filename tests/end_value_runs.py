@@ -10,6 +10,8 @@ from scipy.optimize import brentq
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.physics.geometry import scar_depth, scar_radius_at, worn_volume
+from tribopipe.physics.pin_on_track import SphereOnTrack
+from tribopipe.physics.stroke_ends import Stroke
 from tribopipe.results.run import Profile, RawRun
 
 RADIUS, FLAT, DENSITY = 0.794e-3, 60e-6, 3210.0
@@ -80,12 +82,15 @@ STROKE = {"stroke": si(5e-3, "m"), "sliding_speed": "400 mm/s"}
 
 
 def track(path, half, flat):
-    """Depth and volume of a track along a circle of 8 mm, or along a stroke of 5 mm."""
+    """Depth and volume of a track along a circle of 8 mm, or along a stroke of 5 mm with its ends."""
     depth, profile = groove(half, flat)
     area = 2 * quad(profile, 0, half, epsabs=0, epsrel=1e-11)[0]
     if path is CIRCLE:
         return depth, 2 * math.pi * 8e-3 * area
-    return depth, 5e-3 * area + 2 * math.pi * quad(lambda x: x * profile(x), 0, half, epsabs=0, epsrel=1e-11)[0]
+    manifest = described(conditions=path)
+    stiffness = manifest.contact.reduced_modulus() / manifest.conditions.normal_load.value
+    worn = SphereOnTrack(RADIUS).at_depths(scar_depth(scar_radius=flat, sphere_radius=RADIUS), depth)
+    return depth, float(Stroke(np.asarray(5e-3), stiffness).extended(worn)) * area
 
 
 def groove(half, scar):

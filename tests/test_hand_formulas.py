@@ -46,14 +46,14 @@ def test_tapered_scar_loses_the_variance_of_its_width():
 
 def test_the_manual_states_these_errors():
     half = at(0.5)
-    stroke = middle_ratio(np.array([27.0, 13.0, 5.0]), at(100.0))
+    stroke = middle_ratio(np.array([13.0, 5.0, 3.0]), at(1.0))
     taper = taper_ratio(np.array([0.1, 0.2]), 0.5e-3, 17.5e-3)
     for words in (
         f"gives {flat_cap_ratio(half.half_width, half)[0]:.1f} times",
         f"and {flat_cap_ratio(half.half_length, half)[0]:.2f} times with its length",
         f"then gives {groove_ratio(half)[0]:.1f} times",
-        f"{100 * (1 - stroke[0]):.0f} % too low for a stroke of 27 track widths, {100 * (1 - stroke[1]):.0f} % for 13",
-        f"and {100 * (1 - stroke[2]):.0f} % for 5",
+        f"{100 * (1 - stroke[0]):.1f} % too low for a stroke of 13 track widths, {100 * (1 - stroke[1]):.0f} % for 5",
+        f"and {100 * (1 - stroke[2]):.0f} % for 3",
         f"by {100 * (1 - taper[0]):.0f} % if the width",
         f"by {100 * (1 - taper[1]):.0f} % if it deviates by 20 %",
         f"by more than {100 * (elastic_ratio(np.array([3.0]), 2)[0] - 1):.0f} %",

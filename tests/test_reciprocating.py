@@ -52,8 +52,12 @@ def test_a_ball_stands_for_the_pin_on_a_disc_as_well():
 
 
 def test_both_wear_as_published():
-    """The check value of a reciprocating ball, L = stroke (mm): 10 N, 400 m, k 2e-8 and 5e-8 mm³/(N·mm)."""
-    run = read(to_and_fro())
+    """The check value of a reciprocating ball, L = stroke (mm): 10 N, 400 m, k 2e-8 and 5e-8 mm³/(N·mm).
+
+    The stroke is the length of the track between soft bodies alone (tests/test_stroke_ends.py).
+    """
+    soft = {**STEEL, "youngs_modulus": "1 kPa"}
+    run = read(to_and_fro(contact={"kind": "reciprocating", "ball": {"diameter": "6 mm", **soft}, "flat": soft}))
     known = {"ball": Quantity(value=2e-14, unit="m^2/N"), "flat": Quantity(value=5e-14, unit="m^2/N")}
     (point,) = predict_wear(wear_scenario(run, given_wear(run.described, known, Recipe())), [400.0]).prediction
     assert point.bodies["ball"].wear_depth.value == pytest.approx(0.0893282519e-3, rel=1e-6)

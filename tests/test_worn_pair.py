@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, STROKE, described, run_of, si
 
@@ -10,6 +11,7 @@ from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
+from tribopipe.physics.stroke_ends import Stroke
 
 DEFAULTS = DefaultUncertainty()
 RATIOS = [0.1, 1, 10, 60, 300]
@@ -111,8 +113,15 @@ def test_stroke_holds_its_ends_as_well():
     found = state(60)
     given = readings(found)
     (disc,) = wear(given, "pin_wear_depth", "disc_wear_depth", path=STROKE).bodies["disc"]
-    expected = 5e-3 * float(found.groove_area) + float(found.groove_revolved)
+    run = run_of(described(conditions=STROKE))
+    stiffness = run.manifest.contact.reduced_modulus() / run.manifest.conditions.normal_load.value
+    stroke = float(Stroke(np.asarray(5e-3), stiffness).extended(found))
+    assert stroke == pytest.approx(5.195e-3, abs=5e-6)
+    expected = stroke * float(found.groove_area)
     assert disc.volume.value == pytest.approx(expected, rel=1e-6)
+    # Ends that wear otherwise: a quarter of half the width of the groove.
+    ends = 0.25 * float(found.half_width) / 5e-3
+    assert disc.volume.standard_uncertainty > ends * disc.volume.value
     again = wear(given | {"disc_wear_volume": si(expected, "m^3")}, "pin_wear_volume", "disc_wear_volume", path=STROKE)
     assert again.bodies["disc"][0].depth.value == pytest.approx(float(found.groove_depth), rel=1e-6)
 

@@ -5,7 +5,7 @@ wear removes the same volumes; what elasticity makes of the shape while the scar
 engine "local" alone (tribopipe.physics.elastic_start).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -30,6 +30,7 @@ from tribopipe.physics.elastic_start import ElasticSphereOnTrack
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.pin_on_disc import no_published_scheme
 from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack, WornContact
+from tribopipe.physics.stroke_ends import Stroke
 from tribopipe.results.input_quantities import Input, relative_input
 
 _SAME = 1e-6
@@ -37,8 +38,10 @@ _SAME = 1e-6
 _POINT = 1e-9
 """Length of a scar over the radius of its pin where rigid bodies touch in a line: none would make pressure infinite."""
 _MOST_PLACES = 200
-_ENDS = 0.02
-"""Share by which a groove may be longer than its stroke."""
+_TURNS, _SETTLED = 20, 1e-12
+"""In which a contact and the extension of its stroke, each of which follows from the other, are found."""
+_SHORT_STROKE, _SHALLOWER = 25.0, 0.5
+"""Half widths of the track in a stroke, below which wear is shallower by up to this share of one over their number."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class PinAndTrackWear:
     engine: WearEngine = "volume"
     """Rigid bodies, or as "local" those with an elastic start; the GIWM has no track that wears."""
     there_and_back: bool = False
-    """Whether the path is a stroke, at whose ends the groove is longer than it."""
+    """Whether the path is a stroke, beyond the ends of which the groove extends."""
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient", "track_coefficient")
     displacement: ClassVar[str] = "approach"
@@ -119,11 +122,10 @@ class PinAndTrackWear:
     def worn(self, values: Values, progress: Column) -> State:
         """Return both bodies after an effective sliding distance, m. Raises ``ContactError`` past the tip."""
         pin, track = (np.asarray(k * values["normal_load"] * progress) for k in _coefficients(values))
-        section = track / values["track_length"]
-        track = self.contact.contacts_per_turn * track
         tip = self.tip(values)
-        worn = tip.worn(pin, section)
+        worn, length = self._along(values, lambda length: tip.worn(pin, track / length))
         _refuse_beyond(tip, worn, pin)
+        section, track = track / length, self.contact.contacts_per_turn * track
         return {
             "approach": worn.approach,
             "wear_depth": worn.pin_depth,
@@ -134,14 +136,28 @@ class PinAndTrackWear:
             "half_width": worn.half_width,
             "half_length": worn.half_length,
             "pressure": values["normal_load"] / np.maximum(worn.area, (_POINT * np.asarray(values["pin_radius"])) ** 2),
-            "rate": self._rate(values, worn),
+            "rate": self._rate(values, worn, length),
         }
 
-    def _rate(self, values: Values, worn: WornContact) -> Column:
+    def _along(self, values: Values, worn_on: Callable[[Column], WornContact]) -> tuple[WornContact, Column]:
+        """Return a contact that depends on its track's volume over its cross-section, and that length, m."""
+        length = np.asarray(values["track_length"], dtype=float)
+        worn = worn_on(length)
+        if not self.there_and_back:
+            return worn, length
+        stroke = Stroke(length, self.contact.reduced_modulus() / values["normal_load"])
+        for _ in range(_TURNS):
+            before, length = length, stroke.extended(worn)
+            worn = worn_on(length)
+            if np.all(np.abs(length - before) <= _SETTLED * length):
+                break
+        return worn, length
+
+    def _rate(self, values: Values, worn: WornContact, length: Column) -> Column:
         """Return how fast the pin recedes in the middle, or the track under a pin that does not wear."""
         pin, track = _coefficients(values)
         load, point = values["normal_load"], _POINT * np.asarray(values["pin_radius"])
-        of_track = track * load / (values["track_length"] * np.maximum(worn.groove_slope, point))
+        of_track = track * load / (length * np.maximum(worn.groove_slope, point))
         return np.where(pin > 0, pin * load / np.maximum(worn.pin_slope, point**2), of_track)
 
     def progress_to(self, values: Values, depth: float) -> Column:
@@ -152,11 +168,15 @@ class PinAndTrackWear:
         tip, load = self.tip(values), np.asarray(values["normal_load"])
         pin, track = _coefficients(values)
         wears = pin > 0
-        ratio = np.divide(track, pin * values["track_length"], out=np.full_like(pin * load, np.inf), where=wears)
-        worn = tip.worn_to(depth, ratio)
+
+        def reached(length: Column) -> WornContact:
+            ratio = np.divide(track, pin * length, out=np.full(np.shape(pin * length * load), np.inf), where=wears)
+            return tip.worn_to(depth, ratio)
+
+        worn, length = self._along(values, reached)
         if not np.all(worn.approach < tip.most):
             raise _too_deep(worn, tip)
-        lost = np.where(wears, worn.pin_volume, worn.groove_area * values["track_length"])
+        lost = np.where(wears, worn.pin_volume, worn.groove_area * length)
         rate = np.where(wears, pin, track) * load
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(rate > 0, lost / rate, np.inf)
@@ -184,22 +204,19 @@ class PinAndTrackWear:
         always = (*self.contact.limits, "wear volume of each body: k_D·F_N·s")
         if last is None:
             return always
-        stroke, shallow = self._beyond_the_stroke(values, last), self._neglected(values, last)
-        return *always, *self._through(last), *self._short(last), *stroke, *shallow
+        short, shallow = (*self._short(last), *self._near_the_ends(last)), self._neglected(values, last)
+        return *always, *self._through(last), *short, *shallow
 
-    def _beyond_the_stroke(self, values: Values, last: State) -> Iterator[str]:
-        """Warn of a groove that is so much longer than the stroke that it is shallower than predicted."""
-        if not self.there_and_back or not float(last["track_section"]) > 0:
-            return
-        worn = self.tip(values).worn(last["pin_volume"], last["track_section"])
-        longer, flat = float(f"{float(worn.groove_revolved / worn.groove_area):.2g}"), self.contact.body_names[1]
-        share = longer / self.path.value
-        if share > _ENDS:
+    def _near_the_ends(self, last: State) -> Iterator[str]:
+        """Warn of a stroke so short that the shape of the groove is that of its ends."""
+        half, stroke = float(last["half_width"]), self.path.value
+        worn = self.there_and_back and float(last["track_section"]) > 0
+        if worn and stroke < _SHORT_STROKE * half:
             yield (
-                f"warning: found a wear track about {show(longer, None, 'm', 'mm')} longer than the stroke of "
-                f"{self.path.shown('mm')}; expected a stroke much longer than the contact, because the wear depth of "
-                f"the {flat} at mid-stroke is overestimated by about {100 * share:.0f} %; use the wear volumes, which "
-                "remain valid"
+                f"warning: found a stroke of {self.path.shown('mm')}, {stroke / half:.0f} times half the width of the "
+                f"wear track; expected at least {_SHORT_STROKE:.0f} times, because the wear depths at mid-stroke are "
+                f"overestimated by up to {100 * _SHALLOWER * half / stroke:.0f} %; use the wear volumes, which remain "
+                "valid"
             )
 
     def _neglected(self, values: Values, last: State) -> Iterator[str]:

@@ -114,16 +114,6 @@ def circle_volume(*, area: ArrayLike, track_radius: ArrayLike) -> Column:
     return np.asarray(2 * np.pi * np.asarray(track_radius, dtype=float) * np.asarray(area, dtype=float))
 
 
-def stroke_volume(*, area: ArrayLike, stroke: ArrayLike, ends: ArrayLike) -> Column:
-    """Return the volume of a track of a given stroke, m³: A times the stroke, and both rounded ends.
-
-    The ends together are the solid that half of the groove's section sweeps about its middle: where the pin turns, it
-    stands still in a groove it fits. For a sphere that is ``worn_volume`` (ASTM G133 leaves them out or measures them).
-    """
-    a, length, round_ends = (np.asarray(x, dtype=float) for x in (area, stroke, ends))
-    return np.asarray(a * length + round_ends)
-
-
 def short_cap_volume(*, scar_diameter: ArrayLike, sphere_radius: ArrayLike) -> Column:
     """Return πd⁴/(64R), m³: the volume of a cap of scar diameter d as that of a paraboloid (ASTM G99)."""
     d, r = np.asarray(scar_diameter, dtype=float), np.asarray(sphere_radius, dtype=float)

@@ -54,8 +54,6 @@ class WornContact:
     pin_volume: Array
     groove_area: Array
     """Cross-section of the groove."""
-    groove_revolved: Array
-    """Volume that half of that cross-section sweeps about the middle of the groove: both ends of a stroke together."""
     area: Array
     """Area of the contact, m²: the load over the mean pressure."""
     groove_slope: Array
@@ -147,8 +145,8 @@ class SphereOnTrack(OnTrack):
         sums = slices.integrals(beside[..., None], a[..., None])
         if np.any(f > 0):
             sums = sums + slices.integrals(np.zeros_like(f)[..., None], f[..., None])
-        volume, section, revolved, area, slope = sums
-        return WornContact(h_p, h_d, a, b, volume, section, revolved, area, slope, 2 * b * slope)
+        volume, section, area, slope = sums
+        return WornContact(h_p, h_d, a, b, volume, section, area, slope, 2 * b * slope)
 
     def worn(self, pin_volume: ArrayLike, groove_area: ArrayLike) -> WornContact:
         """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
@@ -188,8 +186,8 @@ class SphereOnTrack(OnTrack):
         kappa, pin_depth = s[both] / v[both], r[both] * np.exp(found[0])
         groove = kappa * some.middle_slice(pin_depth)
         a, b = some.half_width_at(pin_depth + groove), some.half_width_at(pin_depth)
-        revolved, area, slope = found[1] * a**2 * groove, found[2] * a * b, found[3] * a
-        shape = pin_depth, groove, a, b, v[both], s[both], revolved, area, slope, 2 * b * slope
+        area, slope = found[1] * a * b, found[2] * a
+        shape = pin_depth, groove, a, b, v[both], s[both], area, slope, 2 * b * slope
         rest = replace(self, radius=r[~both], flat_radius=f[~both])._solved(v[~both], s[~both])  # noqa: SLF001 - its own
         whole = {}
         for field, column in zip(fields(WornContact), shape, strict=True):
@@ -241,7 +239,7 @@ class FlatOnTrack(OnTrack):
         """Return the contact worn to these depths in its middle, m: w(x) = D/(1 + 2κ·√(r² − x²))."""
         r, h_p, h_d = np.broadcast_arrays(*map(_floats, (self.radius, pin_depth, groove_depth)))
         angle, weight = _quarter(np.zeros_like(r)[..., None])
-        chord, across = np.cos(angle), r[..., None] * np.sin(angle)
+        chord = np.cos(angle)
         below = h_p[..., None] + h_d[..., None] * chord
         share = np.divide(h_p[..., None], below, out=np.ones_like(below), where=below > 0)
         groove = np.divide(h_d[..., None] * chord, below, out=np.zeros_like(below), where=below > 0)
@@ -256,7 +254,6 @@ class FlatOnTrack(OnTrack):
             half_length=r,
             pin_volume=np.sum(step * approach * share * 2 * r[..., None] * chord, axis=-1),
             groove_area=np.sum(step * approach * groove, axis=-1),
-            groove_revolved=np.sum(np.pi * step * across * approach * groove, axis=-1),
             area=np.pi * r**2,
             groove_slope=slope,
             pin_slope=2 * r * slope,
@@ -308,7 +305,6 @@ class BlockOnTrack(OnTrack):
             half_length=half,
             pin_volume=np.asarray(self.width * segment_area(half_chord=half, radius=r)),
             groove_area=np.asarray(self.width * h_d),
-            groove_revolved=np.zeros(h_p.shape),
             area=np.asarray(2 * self.width * half),
             groove_slope=np.full(h_p.shape, self.width),
             pin_slope=np.asarray(2 * half * self.width),
@@ -336,14 +332,14 @@ class _Slices:
     def integrals(self, first: Array, reach: Array) -> Array:
         """Return integrals over the slices x = reach·sin θ on both sides, from θ = first.
 
-        They are ∫A dx, ∫h_d dx, π·∫|x|·h_d dx, ∫2z dx, and that of how fast the groove deepens over its middle.
+        They are ∫A dx, ∫h_d dx, ∫2z dx, and that of how fast the groove deepens over its middle.
         """
         angle, weight = _quarter(first)
         x, step = reach * np.sin(angle), 2 * weight * reach * np.cos(angle)
         lost, groove, z = self._worn(x, (self.half_width - x) * (self.half_width + x))
         share = np.divide(z, self.half_length, out=np.zeros_like(z), where=self.half_length > 0)
         deepening = _deepening(self.middle, self.groove_depth, z, share)
-        return np.stack([np.sum(step * one, axis=-1) for one in (lost, groove, np.pi * x * groove, 2 * z, deepening)])
+        return np.stack([np.sum(step * one, axis=-1) for one in (lost, groove, 2 * z, deepening)])
 
     def _worn(self, x: Array, level: Array) -> tuple[Array, Array, Array]:
         """Return of each slice the area lost by the pin, the depth of the groove and half the chord.
@@ -379,8 +375,8 @@ class _Slices:
 def _unit_shape(places: Array) -> Array:
     """Return the shape of a sphere of radius 1 at ln V_1, ln κ and the radius of its flat, in numbers of about one.
 
-    They are ln h_p and, in units of a²·h_d, a·b and a, the revolved groove, the area and how fast the groove deepens;
-    no number where the sphere is worn away.
+    They are ln h_p and, in units of a·b and a, the area and how fast the groove deepens; no number where the sphere is
+    worn away.
     """
     log_volume, log_kappa, flat = places
     tip, volume = SphereOnTrack(1.0, flat), np.exp(log_volume)
@@ -388,7 +384,6 @@ def _unit_shape(places: Array) -> Array:
     a, b = worn.half_width, worn.half_length
     found = [
         np.log(worn.pin_depth),
-        worn.groove_revolved / (a**2 * worn.groove_depth),
         worn.area / (a * b),
         worn.groove_slope / a,
     ]

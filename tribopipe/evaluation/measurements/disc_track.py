@@ -1,7 +1,7 @@
 """The track on the disc that a pin rubs on: its depth and volume by whatever was measured across it.
 
 A profile shows depth and cross-section A; a circle of radius R_t makes of it the volume 2πR_t·A, a stroke there and
-back A times its length and the rounded ends, as does A itself. A depth, a width or a volume alone is one reading of two
+back A times its length and what its ends hold, as does A itself. A depth, width or volume alone is one reading of two
 that are needed: the other is what was measured on the pin, or the width of the track with its depth. Where there is
 none, the pin has had any share of the wear.
 """
@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
+
+import numpy as np
 
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
@@ -28,12 +30,13 @@ from tribopipe.evaluation.measurements.readings import (
 from tribopipe.evaluation.measurements.track_profile import Track
 from tribopipe.evaluation.measurements.worn_pair import (
     AREA,
+    UNKNOWN_ENDS,
     UNKNOWN_SHARE,
     VOLUMES,
     WIDTHS,
     BodyWear,
-    SlidingPath,
     WornPair,
+    path_length,
     surest,
 )
 from tribopipe.results.input_quantities import Source, stated_or_default
@@ -61,8 +64,8 @@ def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
         return ToldBy(name, *stated_or_default(length, defaults.track_radius * length.value))
     if origin != "derived from nominal speed" or speed is None:
         return None
-    path = SlidingPath.of(conditions, defaults) if conditions.sliding_speed is None else None
-    along = 0.0 if path is None else (path.length.standard_uncertainty or 0.0) / path.length.value
+    path = path_length(conditions, defaults) if conditions.sliding_speed is None else None
+    along = 0.0 if path is None else (path.standard_uncertainty or 0.0) / path.value
     share = math.hypot(defaults.sliding_speed, along)
     return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
 
@@ -114,7 +117,7 @@ def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: W
     widths = [one for one in readings if one.name in WIDTHS and pair.tip.widens]
     for one in readings:
         if one.name == "disc_profile":
-            yield _by_profiles(_tracks(run, where), pair.path)
+            yield _by_profiles(_tracks(run, where), replace(pair, disc=one))
             continue
         others = [pair.pin] if pair.pin is not UNKNOWN_SHARE else []
         partners = [pin for pin in (*others, *widths) if not {pin.name, one.name} <= set(WIDTHS)]
@@ -150,18 +153,19 @@ def _by_pair(pair: WornPair) -> BodyWear:
     return replace(way, depth=depth, volume=None if pair.path is None else pair.find("disc_volume"))
 
 
-def _by_profiles(found: list[Track], path: SlidingPath | None) -> BodyWear:
+def _by_profiles(found: list[Track], pair: WornPair) -> BodyWear:
     """Return mean depth and volume by profiles at one or several places of the track."""
     depth, area = over_places([track.depth for track in found]), over_places([track.area for track in found])
+    path = pair.path
     if path is None:
         return BodyWear("disc_profile", "manifest", depth)
-    # Both ends hold as much as this length more of the stroke, however large the section.
-    longer = sum(track.cap.value for track in found) / len(found) / area.value
+    worn = pair.contact()
 
-    def volume(section: float, length: float) -> float:
-        return path.volume(section, length, section * longer)
+    def volume(section: float, length: float, ends: float) -> float:
+        return path.volume(replace(worn, groove_area=np.asarray(section)), length, ends)
 
-    return BodyWear("disc_profile", "manifest", depth, combined(volume, (area, path.length), "m^3"))
+    ends = UNKNOWN_ENDS if path.there_and_back else Quantity(value=0.0, unit="1", standard_uncertainty=0.0)
+    return BodyWear("disc_profile", "manifest", depth, combined(volume, (area, path.length, ends), "m^3"))
 
 
 def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterator[str]:

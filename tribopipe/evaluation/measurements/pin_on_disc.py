@@ -174,7 +174,7 @@ class _Found:
     ) -> "_Found":
         tip, path = (
             PinTip.of(run.manifest.sliding_pin.equivalent_pin),
-            SlidingPath.of(run.manifest.conditions, defaults),
+            SlidingPath.of(run, defaults),
         )
         pins = tuple(pin_values(run, where, end, defaults))
         if not pins and pin_depth is not None:

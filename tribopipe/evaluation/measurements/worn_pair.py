@@ -18,9 +18,11 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
-from tribopipe.physics.geometry import circle_volume, stroke_volume
+from tribopipe.physics.geometry import circle_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
+from tribopipe.physics.stroke_ends import EXTENSION_UNCERTAINTY, Stroke
 from tribopipe.results.input_quantities import Source, stated_or_default
+from tribopipe.results.run import RawRun
 
 WIDTHS = ("disc_track_width", "pin_scar_width")
 AREA = "disc_track_area"
@@ -31,13 +33,19 @@ UNKNOWN_SHARE = EndValueUsed(
 """Share of the pin in the wear depth of both where it is unknown: anything from 0 to 1."""
 _SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
 """Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
-_ENDS = Quantity(value=1.0, unit="1", standard_uncertainty=0.2)
-"""Volume of both ends of a stroke over that of the groove's section revolved, by a simulation of two strokes."""
+UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCERTAINTY)
+"""By how much more a stroke is extended than it should be, in half widths of the groove."""
 _TURNS = 8
 _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
 VOLUMES = ("pin_wear_volume", "pin_mass_loss", "disc_wear_volume", "disc_mass_loss")
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
+
+
+def path_length(conditions: Conditions, defaults: DefaultUncertainty) -> Quantity | None:
+    """Return the stroke, or the radius of the circle, m, with its uncertainty; None if run.toml states neither."""
+    length = conditions.stroke or conditions.track_radius
+    return None if length is None else stated_or_default(length, defaults.track_radius * length.value)[0]
 
 
 @dataclass(frozen=True)
@@ -46,22 +54,30 @@ class SlidingPath:
 
     length: Quantity
     """Radius of the circle, or the stroke, m."""
-    there_and_back: bool
+    stiffness: float | None = None
+    """Reduced modulus over normal load, 1/m², of a pin that slides there and back."""
 
     @classmethod
-    def of(cls, conditions: Conditions, defaults: DefaultUncertainty) -> "SlidingPath | None":
+    def of(cls, run: RawRun, defaults: DefaultUncertainty) -> "SlidingPath | None":
         """Return the path that run.toml describes; None if it does not."""
-        length = conditions.stroke or conditions.track_radius
-        if length is None:
-            return None
-        known, _ = stated_or_default(length, defaults.track_radius * length.value)
-        return cls(known, there_and_back=conditions.stroke is not None)
+        conditions = run.manifest.conditions
+        length = path_length(conditions, defaults)
+        if length is None or conditions.stroke is None:
+            return None if length is None else cls(length)
+        return cls(length, float(run.manifest.sliding_pin.reduced_modulus()) / conditions.normal_load.value)
 
-    def volume(self, area: float, length: float, ends: float) -> float:
-        """Return the volume of a track with this cross-section, m², and these rounded ends, m³, if it has any."""
-        if self.there_and_back:
-            return float(stroke_volume(area=area, stroke=length, ends=ends))
-        return float(circle_volume(area=area, track_radius=length))
+    @property
+    def there_and_back(self) -> bool:
+        """Whether the length is a stroke."""
+        return self.stiffness is not None
+
+    def volume(self, worn: WornContact, length: float, ends: float = 0.0) -> float:
+        """Return the volume of a track, m³; ends of a stroke that wear otherwise are in half widths of the groove."""
+        area = float(worn.groove_area)
+        if self.stiffness is None:
+            return float(circle_volume(area=area, track_radius=length))
+        stroke = Stroke(np.asarray(length), np.asarray(self.stiffness))
+        return area * float(stroke.extended(worn) + ends * worn.half_width)
 
 
 @dataclass(frozen=True)
@@ -86,7 +102,7 @@ class WornPair:
     def _inputs(self, what: Wear) -> dict[str, Quantity]:
         found = {self.pin.name: self.pin.quantity, self.disc.name: self.disc.quantity, "radius": self.radius}
         if self.path is not None and (what == "disc_volume" or self.disc.name in VOLUMES):
-            found |= {"path": self.path.length} | ({"ends": _ENDS} if self.path.there_and_back else {})
+            found |= {"path": self.path.length} | ({"ends": UNKNOWN_ENDS} if self.path.there_and_back else {})
         return found
 
     def _value(self, what: Wear, given: dict[str, float]) -> float:
@@ -159,8 +175,7 @@ class _Solver:
         """Return the volume of the track, m³."""
         if self.pair.path is None:
             return math.nan
-        ends = self.given.get("ends", 1.0) * float(worn.groove_revolved)
-        return self.pair.path.volume(float(worn.groove_area), self.given["path"], ends)
+        return self.pair.path.volume(worn, self.given["path"], self.given.get("ends", 0.0))
 
     def depths(self) -> tuple[float, float]:
         """Return the depths of pin and track in the middle, m."""
