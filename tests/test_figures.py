@@ -327,8 +327,9 @@ def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_archiv
     table = results_table(further_archive.outline("al2o3-reciprocating-5N"))
     assert table.columns == ("quantity", "ball", "flat")
     named = {row[0]: row[1:] for row in table.rows}
+    assert named["scar diameter"] == ("0.5801 ± 0.0014 mm", "–")
     assert list(named) == [
-        *("wear volume", "wear depth", "specific wear rate"),
+        *("scar diameter", "wear volume", "wear depth", "specific wear rate"),
         *("k_D (Archard's law)", "95 % CI", "k_D (Sarkar's law)"),
     ]
     assert all("mm³/(N·mm)" in cell for cell in named["k_D (Archard's law)"])

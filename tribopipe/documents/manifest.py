@@ -378,6 +378,18 @@ class EndValues(Record):
                 )
         return self
 
+    @property
+    def mean_pin_scar(self) -> Quantity | None:
+        """Scar diameter as in ASTM D4172 and G99, m: as measured, or the mean of length and width; None without."""
+        if self.pin_scar_diameter is not None:
+            return self.pin_scar_diameter
+        measured = [one for one in (self.pin_scar_length, self.pin_scar_width) if one is not None]
+        if not measured:
+            return None
+        count, known = len(measured), [one.standard_uncertainty for one in measured]
+        spread = None if None in known else math.hypot(*(one or 0.0 for one in known)) / count
+        return Quantity(value=sum(one.value for one in measured) / count, unit="m", standard_uncertainty=spread)
+
 
 class Interruption(EndValues):
     """Measurements on the specimens at an interruption of the test."""

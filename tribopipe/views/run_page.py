@@ -265,7 +265,9 @@ def results_table(run: RunOutline) -> TextTable:
     def named(name: str) -> str:
         return run.manifest.worded(spoken(name))
 
-    rows: list[tuple[str, dict[str, str | None]]] = []
+    rows: list[tuple[str, dict[str, str | None]]] = [
+        (label, {named(role): shown(size, "mm")}) for label, role, size in measured_widths(run.manifest)
+    ]
     for result in (step.result for step in run.steps.values()):
         if isinstance(result, SpecificWear):
             worn = {named(name): body for name, body in result.bodies.items()}
@@ -287,6 +289,16 @@ def results_table(run: RunOutline) -> TextTable:
     names = list(dict.fromkeys(name for _, values in kept for name in values))
     cells = ((quantity, *(values.get(name) or NOTHING for name in names)) for quantity, values in kept)
     return TextTable("results", ("quantity", *names), tuple(cells))
+
+
+def measured_widths(manifest: RunManifest) -> Iterator[tuple[str, str, Quantity]]:
+    """Yield what was measured across scar and track, with its label and the role of its body."""
+    ends, pin = manifest.end_values, manifest.pin
+    scar = ends.mean_pin_scar
+    if pin is not None and scar is not None:
+        yield "scar width" if pin.line else "scar diameter", "pin", scar
+    if ends.disc_track_width is not None:
+        yield "track width", "disc", ends.disc_track_width
 
 
 def _fit_findings(run: RunOutline) -> tuple[Finding, ...]:

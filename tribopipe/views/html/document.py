@@ -21,11 +21,11 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.results.study import StudyResult
 from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption, study_figures
-from tribopipe.views.astm_g99 import ReportingItem, reporting_items
 from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import inline_svg, rendered
 from tribopipe.views.methods import PAPER, Evidence, methods_used, references_of
 from tribopipe.views.page import RunPage, StudyPage, TextTable
+from tribopipe.views.reporting_items import ReportingItem, reporting_items
 from tribopipe.views.run_page import results_table, run_page
 from tribopipe.views.study_page import study_page
 

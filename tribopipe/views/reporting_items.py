@@ -1,4 +1,4 @@
-"""Items customarily reported for sliding wear tests, as under ASTM G99, and those that are missing for a run.
+"""Items customarily reported for sliding wear tests, as in ASTM G99, and those that are missing for a run.
 
 The list is tribopipe's own wording of what the practice for pin-on-disc tests asks a report to hold; for two discs it
 is the same where it applies. Each item that is missing comes with the key that would report it.
@@ -20,7 +20,7 @@ from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured_quantity
-from tribopipe.views.page import shown
+from tribopipe.views.page import duration, shown
 
 _BODIES = ("pin", "disc")
 """Bodies to report if run.toml does not describe any."""
@@ -69,7 +69,9 @@ def reporting_items(archive: Archive, run_id: str, replicates: str | None = None
     return [
         *_bodies(run.manifest),
         *(_rolling(run) if run.manifest.rolls else _sliding(run)),
+        ReportingItem("test", "duration", _duration(run), "signals.columns.time"),
         *_surroundings(run),
+        *_scar(run.manifest),
         *_volumes(run.manifest, archive.result(run_id, "specific_wear", SpecificWear)),
         *_friction(archive.result(run_id, "friction_fit", FrictionFit)),
         ReportingItem("result", "replicates, and scatter between them", replicates, "fit", *_REPEAT),
@@ -119,6 +121,9 @@ def _sliding(run: RawRun) -> Iterator[ReportingItem]:
     yield ReportingItem("test", "sliding speed", speed, "conditions.sliding_speed")
     yield ReportingItem("test", "sliding distance", _last(run, "sliding_distance"), "conditions.sliding_distance")
     yield ReportingItem("test", "track radius, or stroke", path, "conditions.track_radius")
+    for key, unit in (("rotational_speed", "rpm"), ("frequency", "Hz")):
+        if value := shown(getattr(conditions, key), unit):
+            yield ReportingItem("test", spoken(key), value, f"conditions.{key}")
 
 
 def _rolling(run: RawRun) -> Iterator[ReportingItem]:
@@ -140,6 +145,18 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     yield ReportingItem("test", "environment, or lubricant", conditions.medium, "conditions.medium")
     yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
     yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
+
+
+def _scar(manifest: RunManifest) -> Iterator[ReportingItem]:
+    """Yield the scar on a round pin, the result of a four-ball test (ASTM D4172, section 4)."""
+    pin = manifest.pin
+    if pin is None or pin.shape == "flat":
+        return
+    label, key = ("width", "pin_scar_length") if pin.line else ("mean diameter", "pin_scar_diameter")
+    scar = shown(manifest.end_values.mean_pin_scar, "mm")
+    yield ReportingItem(
+        "result", manifest.worded(f"{label} of the scar on the pin"), scar, manifest.worded(f"end_values.{key}")
+    )
 
 
 def _volumes(manifest: RunManifest, worn: SpecificWear | None) -> Iterator[ReportingItem]:
@@ -204,6 +221,14 @@ def _mean(run: RawRun, name: SignalName) -> str | None:
         return None
     kind = KINDS[SIGNALS[name].kind]
     return f"{show(float(np.nanmean(values)), None, kind.si, kind.shown)}, mean of the recording"
+
+
+def _duration(run: RawRun) -> str | None:
+    """Format the time that was recorded; None if no time was."""
+    time = run.columns.get("time")
+    if time is None or not np.any(np.isfinite(time)):
+        return None
+    return duration(Quantity(value=float(np.nanmax(time) - np.nanmin(time)), unit="s"))
 
 
 def _last(run: RawRun, name: SignalName) -> str | None:
