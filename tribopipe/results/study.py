@@ -188,6 +188,19 @@ class StudiedBody(Record):
     """Scatter between runs; None if one run identifies k_D."""
 
 
+class PressureExponent(Record):
+    """m of a wear rate proportional to p^m; a law whose k_D does not depend on pressure has m = 1."""
+
+    exponent: Quantity
+    """m with its standard uncertainty, from the k_D that each run has by itself."""
+    interval: Interval
+    """95 % confidence interval."""
+    runs: int
+    """Number of runs."""
+    scatter: float
+    """Standard deviation of ln k between runs, beyond what their own uncertainties and m explain."""
+
+
 class LawResult(Record):
     """One wear law in a study."""
 
@@ -201,6 +214,8 @@ class LawResult(Record):
     """k_D of each body, first the one that is always fitted; other bodies count as unworn."""
     correlation: float | None = None
     """Correlation of both k_D."""
+    pressure_exponent: PressureExponent | None = None
+    """How the wear rate of the first body depends on pressure; None of fewer than four runs, or one load."""
     draws: int
     """Number of accepted draws."""
     rejected: int

@@ -88,7 +88,7 @@ def _law(law: LawResult) -> LawPage:
         heading=law_heading(law.model),
         title=f"{law_heading(law.model)}{by(law.engine)}{counted}: {found}",
         tables=tuple(table for table in (_verdicts(law), _shapes(law), _engines(law)) if table.rows),
-        sentences=(*scatter, *_lives(law)),
+        sentences=(*scatter, *_exponent(law), *_lives(law)),
         agreement=tuple(map(_agreement_line, law.runs)),
     )
 
@@ -113,6 +113,20 @@ def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
     )
     for run_id in between.outliers:
         yield f'{run_id}: outlier; to exclude it: `tribopipe mark-bad {run_id} --reason "…"`'
+
+
+def _exponent(law: LawResult) -> Iterator[str]:
+    found = law.pressure_exponent
+    if found is None:
+        return
+    low, high = (end.value for end in found.interval)
+    agrees = (
+        "consistent with m = 1, which the law assumes" if low <= 1 <= high else "k_D depends on the contact pressure"
+    )
+    yield (
+        f"wear rate of the {spoken(next(iter(law.bodies)))} ∝ p^m ({found.runs} runs): m = {found.exponent}, "
+        f"95 % CI: {interval(found.interval, '1')}; {agrees}"
+    )
 
 
 def _lives(law: LawResult) -> Iterator[str]:

@@ -17,6 +17,7 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen, copies_note
+from tribopipe.evaluation.study.pressure_exponent import pressed_run, pressure_exponent
 from tribopipe.evaluation.study.random_effects import DEPTHS, VOLUMES, Combination, combine
 from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws, judge_recorded, one_engine
 from tribopipe.evaluation.study.verdict import Judgment, Question, sentence, single_run_note, worst_outcome
@@ -28,6 +29,7 @@ from tribopipe.results.study import (
     Evaluation,
     LawResult,
     LeftOut,
+    PressureExponent,
     Role,
     RunVerdict,
     StudiedBody,
@@ -115,10 +117,9 @@ class _Law:
         found = propagate_together(self._draw, digits=max(1, how.significant_digits), seed=how.seed)
         rng, shared, fitted, following = self._first[0]
         best = self._best()
+        predicted = [run.draw(rng, len(following), shared) for run in self.predicted]
         judged = [self._judge(one, "fitted", best, following) for one in fitted]
-        judged += [
-            self._judge(run.draw(rng, len(following), shared), "predicted", best, following) for run in self.predicted
-        ]
+        judged += [self._judge(one, "predicted", best, following) for one in predicted]
         first = self.fitted[0]
         rolling = first.member.corrected.run.manifest.slip is not None
         return LawResult(
@@ -134,10 +135,26 @@ class _Law:
                 for body, value, one, combined in zip(self.bodies, best, found, self._combined, strict=True)
             },
             correlation=float(np.corrcoef(found[0].draws, found[1].draws)[0, 1]) if len(found) > 1 else None,
+            pressure_exponent=self._pressure_exponent([*fitted, *predicted]),
             draws=len(found[0].draws),
             rejected=found[0].rejected,
             runs=tuple(judged),
         )
+
+    def _pressure_exponent(self, draws: Sequence[Draws]) -> PressureExponent | None:
+        """Return how the wear rate of the first body depends on the pressure of all runs."""
+        pressed = [
+            pressed_run(
+                one.run.member,
+                dict(zip(one.run.bodies, one.run.coefficients.tolist(), strict=False)),
+                one.coefficients[:, 0],
+                one.run.end.value,
+                self.law,
+                self.recipe,
+            )
+            for one in draws
+        ]
+        return pressure_exponent([run for run in pressed if run is not None])
 
     def _draw(self, rng: Generator, count: int) -> Column:
         """Draw k_D of each body by the study: the model of JCGM 102."""
