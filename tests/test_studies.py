@@ -383,14 +383,15 @@ def test_run_that_is_not_archived_is_named_with_the_nearest(store):
 
 
 @pytest.mark.parametrize(
-    ("other", "words"),
+    ("place", "other", "words"),
     [
-        ("other-material", ["pin material SiC", "Si3N4"]),
-        ("other-radius", ["pin radius in m 0.001", "0.000794"]),
-        ("other-medium", ["medium water", "air"]),
+        ("fit", "other-material", ["pin material SiC", "Si3N4"]),
+        ("predict", "other-material", ["pin material SiC", "Si3N4"]),
+        ("fit", "other-radius", ["pin radius in m 0.001", "0.000794"]),
+        ("fit", "other-medium", ["medium water", "air"]),
+        ("predict", "other-medium", ["medium water", "air"]),
     ],
 )
-@pytest.mark.parametrize("place", ["fit", "predict"])
 def test_run_of_other_bodies_is_refused(store, other, words, place):
     before = tree_bytes(store.folder)
     study = QUICK.model_copy(update={place: (*getattr(QUICK, place), other)})
@@ -399,6 +400,14 @@ def test_run_of_other_bodies_is_refused(store, other, words, place):
         said, "air: found ", f"in {other}", LIGHT, *words, "expected the same materials", "remove one of the two runs"
     )
     assert tree_bytes(store.folder) == before
+
+
+def test_a_pin_of_another_radius_is_predicted_and_named(store):
+    study = QUICK.model_copy(update={"predict": (*QUICK.predict, "other-radius")})
+    outcomes = list(run_study(store, study, Recipe()))
+    assert not any(outcome.error for outcome in outcomes)
+    notes = store.study("air").result.notes
+    assert any(note.startswith("other-radius: predicted for another contact or geometry") for note in notes)
 
 
 @pytest.mark.parametrize("place", ["fit", "predict"])
@@ -410,7 +419,7 @@ def test_run_without_an_end_value_is_refused(store, place):
     assert tree_bytes(store.folder) == before
 
 
-@pytest.mark.parametrize("wrong", ["si3n4-air-800mN", "other-radius", NO_END])
+@pytest.mark.parametrize("wrong", ["si3n4-air-800mN", "other-medium", NO_END])
 def test_refused_study_does_not_correct_runs_on_the_way(raw, tmp_path, wrong):
     store = Archive(shutil.copytree(raw, tmp_path / "store"))
     before = tree_bytes(store.folder)

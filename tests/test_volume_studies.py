@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import MANIFEST
 from end_value_runs import CIRCLE, RADIUS, described, run_of, si
 from test_volume_fit import SCAR, sample
 
 from tribopipe.base.errors import FitError
+from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
@@ -27,6 +29,15 @@ def member(name, load=0.2, *, load_share=0.0, path=CIRCLE, **ends):
     stated = {"normal_load": si(load, "N", load_share * load), "sliding_speed": si(0.4, "m/s"), **path}
     manifest = described(conditions=stated, **ends)
     return Member(correct_drift(replace(run_of(manifest.model_copy(update={"id": name})))), None)
+
+
+def in_another_contact(name, contact, load=0.4, **ends):
+    """A run of the same materials in another contact."""
+    paths = {"pin-on-disc": CIRCLE, "reciprocating": {"stroke": si(5e-3, "m")}, "block-on-ring": {}}
+    stated = {"normal_load": si(load, "N"), "sliding_speed": si(0.4, "m/s"), **paths[contact["kind"]]}
+    conditions = {name: value for name, value in MANIFEST["conditions"].items() if name not in CIRCLE} | stated
+    document = {**MANIFEST, "id": name, "contact": contact, "conditions": conditions, "end_values": ends}
+    return Member(correct_drift(run_of(RunManifest.model_validate(document))), None)
 
 
 def lost(factor=1.0, load=0.2, share=0.03, k=K_PIN):
@@ -89,6 +100,59 @@ def test_a_body_that_one_run_did_not_measure_is_left_to_the_others():
     assert list(studied([both], [disc]).result.laws[0].runs[1].bodies) == ["disc"]
     with pytest.raises(FitError, match="no measurement of the pin in disc"):
         studied([pin], [disc])
+
+
+def material():
+    pin = described(conditions=CIRCLE).contact.pin
+    return {"material": pin.material, "youngs_modulus": si(304e9, "Pa"), "poisson_ratio": 0.24}
+
+
+def test_k_d_of_one_geometry_predicts_another():
+    """k_D is of the materials: a block on a ring and a larger ball lose what its k_D says, in names of their own."""
+    fit = [member("pin", pin_wear_volume=lost(), disc_wear_volume=lost(k=K_DISC))]
+    ring = {"radius": si(17.5e-3, "m"), **material()}
+    block = {"kind": "block-on-ring", "block": {"width": si(6e-3, "m"), **material()}, "ring": ring}
+    ball = {"kind": "reciprocating", "ball": {"diameter": si(6e-3, "m"), **material()}, "flat": material()}
+    volumes = {"block_wear_volume": lost(load=0.4), "ring_wear_volume": lost(load=0.4, k=3 * K_DISC)}
+    others = [
+        in_another_contact("block", block, **volumes),
+        in_another_contact("ball", ball, ball_wear_volume=lost(load=0.4), flat_wear_volume=lost(load=0.4, k=K_DISC)),
+    ]
+    evaluation = studied(fit, others, end_of_life=si(1e-6, "m"))
+    result = evaluation.result
+    assert plot_study_wear(result, "archard", evaluation.curves).axes
+    _, on_ring, on_flat = result.laws[0].runs
+    assert {name: one.outcome for name, one in on_ring.bodies.items()} == {
+        "block": "supported",
+        "ring": "under-predicts",
+    }
+    assert on_ring.bodies["block"].predicted.value == pytest.approx(K_PIN * 0.4 * SLID, rel=1e-9)
+    assert {name: one.outcome for name, one in on_flat.bodies.items()} == dict.fromkeys(("ball", "flat"), "supported")
+    assert list(result.laws[0].bodies) == ["pin", "disc"]
+    (note,) = [note for note in result.notes if "geometry" in note]
+    assert note.startswith("block, ball: predicted for another contact or geometry than that of pin")
+
+
+def test_a_ball_and_a_pin_of_its_radius_are_the_same_body():
+    ball = {"kind": "pin-on-disc", "ball": {"diameter": si(2 * RADIUS, "m"), **material()}, "disc": material()}
+    fit = [member("pin", pin_wear_volume=lost()), in_another_contact("ball", ball, ball_wear_volume=lost(load=0.4))]
+    for runs in (fit, fit[::-1]):
+        result = studied(runs).result
+        (found,) = result.laws[0].bodies.values()
+        assert found.wear_coefficient.value == pytest.approx(K_PIN, rel=1e-9)
+        assert not [note for note in result.notes if "geometry" in note]
+
+
+def test_other_materials_and_fits_of_other_geometries_are_refused():
+    steel = {**material(), "material": "steel"}
+    ball = {"kind": "reciprocating", "ball": {"diameter": si(6e-3, "m"), **steel}, "flat": material()}
+    other = in_another_contact("ball", ball, ball_wear_volume=lost(load=0.4))
+    with pytest.raises(FitError, match="found pin material steel in ball"):
+        studied([member("pin", pin_wear_volume=lost())], [other])
+    ball["ball"]["material"] = material()["material"]
+    other = in_another_contact("ball", ball, ball_wear_volume=lost(load=0.4))
+    with pytest.raises(FitError, match="found contact reciprocating in ball"):
+        studied([member("pin", pin_wear_volume=lost()), other])
 
 
 def test_a_gain_within_the_uncertainty_is_a_run_like_any_other():

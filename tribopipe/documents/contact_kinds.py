@@ -65,6 +65,15 @@ def contacts() -> dict[str, type[Contact]]:
     return SHIPPED | dict(ADDED)
 
 
+def body_like(contact: Contact, name: str) -> str:
+    """Return the body of a contact that has the part of one of another contact: a ball or block that of a pin."""
+    if name in contact.body_names:
+        return name
+    every = (*contacts().values(), *WITH_BALL.values())
+    others = (one.body_names for one in every if one.roles == contact.roles and name in one.body_names)
+    return next((contact.body_names[names.index(name)] for names in others), name)
+
+
 def variants(kind: str | None) -> tuple[type[Contact], ...]:
     """Return the classes of a kind that is installed: with a pin, and with a ball instead; none without a kind."""
     named = (contact_named(kind), None if kind is None else WITH_BALL.get(kind))

@@ -7,7 +7,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunId, RunManifest
 from tribopipe.documents.quantity import Length
@@ -69,16 +69,30 @@ class Study(Record):
         return self
 
 
-def check_bodies(study_id: str, manifests: Sequence[RunManifest]) -> None:
-    """Refuse runs of other materials, geometry or environment under one k_D."""
-    first = manifests[0]
-    for other in manifests[1:]:
-        for what, mine, theirs in zip(_alike(first.described, first), bodies(first), bodies(other), strict=False):
-            if mine != theirs:
+def check_bodies(study_id: str, fit: Sequence[RunManifest], predict: Sequence[RunManifest] = ()) -> None:
+    """Refuse runs of other materials or environment under one k_D, and fitted ones of another geometry.
+
+    Between contacts in which a pin, ball or block slides, k_D of one geometry predicts another.
+    """
+    first = fit[0]
+    mine = _alike(first.described, first)
+    for other in (*fit[1:], *predict):
+        everything = other not in predict or not _slide(first, other)
+        for what, one, another in zip(mine, mine.values(), bodies(other), strict=False):
+            if one != another and (everything or what in _pair(first.described, first)):
                 raise FitError(
-                    f"{study_id}: found {what} {theirs} in {other.id} and {mine} in {first.id}; expected the same "
+                    f"{study_id}: found {what} {another} in {other.id} and {one} in {first.id}; expected the same "
                     "materials and environment for one k_D; remove one of the two runs from the study"
                 )
+
+
+def in_another_geometry(fit: RunManifest, predict: Sequence[RunManifest]) -> list[str]:
+    """Return the runs whose contact or geometry is not that of the fitted ones."""
+    return [other.id for other in predict if bodies(other) != bodies(fit)]
+
+
+def _slide(*runs: RunManifest) -> bool:
+    return all(isinstance(run.contact, SlidingPin) for run in runs)
 
 
 def bodies(manifest: RunManifest) -> tuple[object, ...]:
@@ -88,8 +102,13 @@ def bodies(manifest: RunManifest) -> tuple[object, ...]:
 
 def _alike(contact: Contact, manifest: RunManifest) -> dict[str, object]:
     """Return what runs must have in common for one k_D, by its name."""
+    return {**_pair(contact, manifest), "contact": contact.kind, **contact.alike}
+
+
+def _pair(contact: Contact, manifest: RunManifest) -> dict[str, object]:
+    """Return both materials and what is between them."""
     materials = {f"{spoken(name)} material": body.material for name, body in contact.bodies.items()}
-    return {"contact": contact.kind, "medium": manifest.conditions.medium, **materials, **contact.alike}
+    return {"medium": manifest.conditions.medium, **materials}
 
 
 def severity(manifest: RunManifest) -> tuple[float, float]:

@@ -4,7 +4,7 @@ Nothing is written here. A planned step reads what it stands on from the archive
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -25,6 +25,7 @@ from tribopipe.archive.steps import (
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import TribopipeError
+from tribopipe.documents.contact_kinds import body_like
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record, read_document
@@ -214,7 +215,8 @@ def prediction(
 
     def compute() -> Found:
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
-        scenario = run_scenario(run, law, known, friction, recipe)
+        own = {body_like(run.manifest.described, name): value for name, value in known.bodies.items()}
+        scenario = run_scenario(run, law, replace(known, bodies=own), friction, recipe)
         # A study, whose runs may have several loads, is no run of the archive.
         is_run = archive.path(reference).is_file()
         load = archive.manifest(reference).conditions.normal_load if is_run else None

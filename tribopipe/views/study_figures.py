@@ -157,8 +157,9 @@ def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
 
 
 def _looks_of_bodies(law: LawResult) -> dict[str, _Look]:
-    names = map(spoken, law.bodies)
-    looks = map(_Look._make, zip(names, PALETTE, ("-", *_DASHES), _MARKERS, strict=False))
+    # Bodies of another contact have names of their own.
+    names = map(spoken, dict.fromkeys((*law.bodies, *(body for run in law.runs for body in run.bodies))))
+    looks = map(_Look._make, zip(names, cycle(PALETTE), cycle(("-", *_DASHES)), cycle(_MARKERS), strict=False))
     return {look.name: look for look in looks}
 
 

@@ -133,7 +133,7 @@ def _lives(law: LawResult) -> Iterator[str]:
     for verdict in law.runs:
         life = verdict.end_of_life
         if life is not None:
-            first, unit = spoken(next(iter(law.bodies))), life.place.unit
+            first, unit = spoken(next(iter(verdict.bodies))), life.place.unit
             place = f"after {life.place} rotations" if unit == "1" else f"at {life.place.shown(unit)}"
             ends = interval(life.interval, unit)
             reached = f"the {first} reaches a wear depth of {life.wear_depth.shown('um')} {place}"

@@ -36,7 +36,8 @@ def study_panels(law: LawResult, curves: Sequence[StudyCurve], runs: Collection[
         for number, curve in enumerate(curves)
         if curve.model == law.model and curve.run_id in runs
     }
-    for body in law.bodies:
+    # In another contact, a body of the study has another name.
+    for body in dict.fromkeys((*law.bodies, *(curve.body for curve in own.values()))):
         for what in _UNITS:
             shown = {path: curve for path, curve in own.items() if (curve.body, curve.what) == (body, what)}
             if shown:

@@ -11,10 +11,10 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
-from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.contact_kinds import body_like, spoken
 from tribopipe.documents.quantity import wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.documents.study import Study
+from tribopipe.documents.study import Study, in_another_geometry
 from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun, judge_measured, posed_measurements
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen, copies_note
 from tribopipe.evaluation.study.pressure_exponent import pressed_run, pressure_exponent
@@ -72,6 +72,7 @@ def evaluate(
             *_limits([*fit, *predict]),
             *single_run_note([member.id for member in fit]),
             *copies_note([*fit, *predict]),
+            *_geometry_note(fit, predict),
         ),
     )
     return Evaluation(result, tuple(curve for law in laws.values() for curve in law.curves))
@@ -92,6 +93,17 @@ def _limits(members: Sequence[Member]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(limit for contact in contacts for limit in contact.limits))
 
 
+def _geometry_note(fit: Sequence[Member], predict: Sequence[Member]) -> tuple[str, ...]:
+    first, *_ = (member.corrected.run.manifest for member in fit)
+    others = in_another_geometry(first, [member.corrected.run.manifest for member in predict])
+    if not others:
+        return ()
+    return (
+        f"{', '.join(others)}: predicted for another contact or geometry than that of {first.id}, with the same k_D: "
+        "the bands do not include what changes in addition to pressure, such as heat, debris or surface finish",
+    )
+
+
 class _Law:
     """One law of a study."""
 
@@ -103,7 +115,7 @@ class _Law:
         self.predicted = [posed(member, law, recipe) for member in predict]
         self.bodies = _bodies(study.id, self.fitted)
         self.fitted, self.predicted = (
-            [_restricted(study.id, run, self.bodies) for run in runs] for runs in (self.fitted, self.predicted)
+            [_restricted(study.id, run, self._named_by(run)) for run in runs] for runs in (self.fitted, self.predicted)
         )
         every = (*self.fitted, *self.predicted)
         self.shapes = {run.member.id: Shape(run) for run in every if isinstance(run, PosedRun)}
@@ -185,7 +197,10 @@ class _Law:
         return np.array([one.best(each[:, place]) for place, one in enumerate(self._combined)])
 
     def _judge(self, draws: Draws, role: Role, best: Column, coefficients: Column) -> RunVerdict:
-        run, asked = draws.run, Question(self.study, self.law, self.recipe, role, best, coefficients, self.bodies)
+        run, asked = (
+            draws.run,
+            Question(self.study, self.law, self.recipe, role, best, coefficients, self._named_by(draws.run)),
+        )
         name, manifest = run.member.id, run.member.corrected.run.manifest
         try:
             found = self._judgment(draws, asked)
@@ -207,6 +222,10 @@ class _Law:
         )
         return verdict.model_copy(update={"sentence": sentence(self.law, verdict)})
 
+    def _named_by(self, run: StudiedRun) -> tuple[str, ...]:
+        """Return the bodies of the study as a run names them: a pin may be a ball in another one, or a block."""
+        return tuple(_name_in(run, body) for body in self.bodies)
+
     def _judgment(self, draws: Draws, asked: Question) -> Judgment:
         if isinstance(draws, RunDraws):
             return judge_recorded(draws, asked, self.shapes[draws.run.member.id])
@@ -223,7 +242,8 @@ def _bodies(study_id: str, fitted: Sequence[StudiedRun]) -> tuple[str, ...]:
         _refuse_mixture(study_id, fitted, most)
         _refuse_no_wear(study_id, fitted, most[1:])
         return most
-    common = tuple(body for body in most if all(body in run.bodies for run in fitted))
+    most = tuple(_name_in(fitted[0], body) for body in most)
+    common = tuple(body for body in most if all(_name_in(run, body) in run.bodies for run in fitted))
     if not common:
         _refuse_mixture(study_id, fitted, most)
     worn = tuple(body for body in common if any(_coefficient(run, body) > 0 for run in fitted))
@@ -232,9 +252,14 @@ def _bodies(study_id: str, fitted: Sequence[StudiedRun]) -> tuple[str, ...]:
     return worn
 
 
+def _name_in(run: StudiedRun, body: str) -> str:
+    """Return what a run calls a body of the study."""
+    return body_like(run.member.corrected.run.manifest.described, body)
+
+
 def _coefficient(run: StudiedRun, body: str) -> float:
-    """Return k_D of a body by one run alone, m²/N."""
-    return float(run.coefficients[run.bodies.index(body)])
+    """Return k_D of a body of the study by one run alone, m²/N."""
+    return float(run.coefficients[run.bodies.index(_name_in(run, body))])
 
 
 def _restricted(study_id: str, run: StudiedRun, bodies: Sequence[str]) -> StudiedRun:
@@ -252,7 +277,7 @@ def _restricted(study_id: str, run: StudiedRun, bodies: Sequence[str]) -> Studie
 def _refuse_mixture(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequence[str]) -> None:
     """Refuse to take k_D of a body from runs some of which do not have it."""
     for body in bodies:
-        silent = [run.member.id for run in fitted if body not in run.bodies]
+        silent = [run.member.id for run in fitted if _name_in(run, body) not in run.bodies]
         if silent:
             raise FitError(
                 f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have "

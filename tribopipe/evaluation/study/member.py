@@ -145,7 +145,7 @@ def chosen(
             f"{study.id}: found no run left to identify k_D; expected at least one; list another run in fit, or remove "
             "a mark with `tribopipe mark-bad --undo`"
         )
-    check_bodies(study.id, [member.corrected.run.manifest for member in (*fit, *predict)])
+    check_bodies(study.id, *([member.corrected.run.manifest for member in some] for some in (fit, predict)))
     return fit, predict
 
 
