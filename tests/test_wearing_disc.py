@@ -133,6 +133,19 @@ def test_groove_that_nobody_saw_changes_the_volume_as_that_of_a_paraboloid(way, 
     assert found - 1 == pytest.approx(by_paraboloid(way, q) - 1, rel=0.03)
 
 
+def test_groove_in_another_material_is_a_warning_though_depth_and_scar_agree():
+    """A ball on a softer disc: the scar across sliding and the depth signal tell of 1.6 times its wear, or more."""
+    raw = recorded_by_the_volume(1.35e-14, 100.0)
+    width = 2 * np.sqrt(2 * RADIUS * float(np.ptp(raw.columns["depth"])))
+    contact = raw.manifest.contact
+    steel = contact.model_copy(update={"disc": contact.disc.model_copy(update={"material": "42CrMo4"})})
+    ends = EndValues(pin_scar_diameter=depth(width, 3e-6))
+    manifest = raw.manifest.model_copy(update={"contact": steel, "end_values": ends})
+    fit = fit_wear(correct_drift(RawRun(manifest, raw.columns, raw.origins, {}, {}, ())))
+    assert fit.first.wear_coefficient.value > 1.6 * 1.35e-14
+    assert {finding.severity for finding in fit.findings if finding.code == "disc_not_measured"} == {"warning"}
+
+
 def test_disc_that_nobody_looked_at_is_in_the_budget_and_a_note():
     fits = [fit_wear(correct_drift(recorded(depth(2.35e-5, 2e-7), disc))) for disc in (None, depth(0.0, 2e-8))]
     noted = [{finding.code for finding in fit.findings} >= {"disc_not_measured"} for fit in fits]

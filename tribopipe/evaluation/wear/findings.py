@@ -21,7 +21,7 @@ from tribopipe.physics.depth_model.mixture import ways
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
 from tribopipe.physics.depth_model.terms import AMPLITUDES
-from tribopipe.results.finding import Finding, Severity
+from tribopipe.results.finding import Finding
 
 _PLACES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 _RATIOS = (0.1, 0.2, 0.33, 0.5, 0.67, 1.5, 2.0, 3.0, 5.0, 10.0)
@@ -99,7 +99,7 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
         yield _misfit(problem)
     yield from _events(problem)
     if "unseen_groove" in problem.inputs:
-        yield _unseen_groove(problem)
+        yield unseen_groove(problem.contact, problem.inputs["unseen_groove"].spread, problem.recipe)
 
 
 def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
@@ -224,24 +224,16 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
     )
 
 
-def unseen_groove_by_volume(contact: SlidingPin, relative: float, recipe: Recipe) -> Finding:
-    """Report a volume of a pin that is that of its scar on a counterbody that nobody measured.
+def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Finding:
+    """Report a scar or a depth reading of a pin on a counterbody that nobody measured.
 
-    It is a warning where the bodies differ: on a softer one the groove may be many times as deep as the pin is worn,
-    and no depth signal contradicts the scar.
+    It is a warning where the bodies differ: in a softer one the groove may be many times as deep as the pin is worn.
+    It widens the scar and deepens the reading alike, so that neither contradicts the other.
     """
     alike = contact.pin.material == contact.counterbody.material
-    return _no_track_measured("note" if alike else "warning", relative, recipe)
-
-
-def _unseen_groove(problem: DepthProblem) -> Finding:
-    return _no_track_measured("note", problem.inputs["unseen_groove"].spread, problem.recipe)
-
-
-def _no_track_measured(severity: Severity, relative: float, recipe: Recipe) -> Finding:
-    beyond = "" if severity == "note" else "; the groove can be much deeper if the disc is softer than the pin"
+    beyond = "" if alike else "; the groove can be much deeper if the disc is softer than the pin"
     return Finding(
-        severity=severity,
+        severity="note" if alike else "warning",
         code="disc_not_measured",
         where="end_values",
         message=(

@@ -20,7 +20,7 @@ from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
 from tribopipe.evaluation.measurements.worn_pair import surest
-from tribopipe.evaluation.wear.findings import unseen_groove_by_volume
+from tribopipe.evaluation.wear.findings import unseen_groove
 from tribopipe.evaluation.wear.inputs import (
     distance_scale,
     draw_values,
@@ -325,7 +325,7 @@ def volume_fit(
     end = float(np.nanmax(slid))
     law, limits = law_as_given(model, recipe), run.manifest.described.limits
     findings = tuple(
-        unseen_groove_by_volume(run.manifest.sliding_pin, way.unseen_groove, recipe)
+        unseen_groove(run.manifest.sliding_pin, way.unseen_groove, recipe)
         for way, _ in lost.values()
         if way.unseen_groove
     )
