@@ -1,5 +1,6 @@
 """What no other default test had noticed when it was changed: by closed forms and by hand."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ from test_agreement import LIGHT, TWO_STEP, member
 from test_shape import changed
 
 from tribopipe.archive.definitions.parts import shown_fields
+from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
 from tribopipe.evaluation.checks.materials import CLASSES
@@ -15,6 +17,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.recorded_runs import life_of_pin
 from tribopipe.evaluation.wear.findings import rate_change
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.geometry import worn_volume
 from tribopipe.readers.long_text import _both_ends
 
@@ -35,12 +38,25 @@ def test_noise_makes_k_d_as_uncertain_as_weighted_least_squares_has_it(reference
     assert problem.random_uncertainty(best) == pytest.approx(by_hand, rel=1e-9)
 
 
-def test_a_change_of_the_wear_rate_is_found_where_and_as_large_as_it_was_made():
-    raw = changed("si3n4-air-200mN", seed=1, ratio=3.0, at=0.4)
+@pytest.mark.parametrize(("ratio", "at"), [(3.0, 0.4), (4.0, 0.35), (0.42, 0.53)])
+def test_a_change_of_the_wear_rate_is_found_where_and_as_large_as_it_was_made(ratio, at):
+    raw = changed("si3n4-air-200mN", seed=1, ratio=ratio, at=at)
     problem = Member(correct_drift(raw), None).pose("archard", Recipe()).problem
     found = rate_change(problem)
-    assert found.distance == pytest.approx(0.4 * 500, abs=0.1 * 500)
-    assert found.ratio == pytest.approx(3.0, abs=1.0)
+    assert found.distance == pytest.approx(at * 500, abs=0.03 * 500)
+    assert found.ratio == pytest.approx(ratio, rel=0.15)
+
+
+@pytest.mark.usefixtures("few_draws")
+@pytest.mark.parametrize(("measured", "words"), [(True, "is the mean over the test"), (False, "is not the mean")])
+def test_k_d_is_called_the_mean_over_the_test_if_the_wear_was_measured(measured, words):
+    raw = changed("si3n4-air-200mN", seed=1, ratio=4.0, at=0.35)
+    if not measured:
+        raw = replace(raw, manifest=raw.manifest.model_copy(update={"end_values": EndValues()}))
+    fit = fit_wear(correct_drift(raw))
+    (found,) = (finding for finding in fit.findings if finding.code == "wear_rate_changes")
+    assert words in found.message
+    assert ("measure the scar" in found.remedy) != measured
 
 
 @pytest.mark.usefixtures("few_draws")

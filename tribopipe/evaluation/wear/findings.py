@@ -3,7 +3,7 @@
 `rate_change` distinguishes a wear rate that changes once from slow sensor drift.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -24,6 +24,7 @@ from tribopipe.physics.depth_model.terms import AMPLITUDES
 from tribopipe.results.finding import Finding
 
 _PLACES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+_LAST_PLACE = 0.95
 _RATIOS = (0.1, 0.2, 0.33, 0.5, 0.67, 1.5, 2.0, 3.0, 5.0, 10.0)
 _CLEARLY = 3.0
 """ln of the odds against wander from which on a change is named."""
@@ -41,13 +42,32 @@ class RateChange:
 
 def rate_change(problem: DepthProblem) -> RateChange | None:
     """Return where k_D changes, if a change once is a better account of a reading than wander; else none."""
-    slid, found = problem.trace.slid, {}
-    for place, ratio in product(_PLACES, _RATIOS):
-        found[place, ratio] = _evidence(_changed(problem, place * slid, ratio), problem.posterior.reference)
-    best = max(found, key=lambda key: found[key])
-    together = float(np.logaddexp.reduce(list(found.values()))) - np.log(len(found))
+    slid = problem.trace.slid
+
+    def evidence(place: float, ratio: float) -> float:
+        return _evidence(_changed(problem, place * slid, ratio), problem.posterior.reference)
+
+    found = {by: evidence(*by) for by in product(_PLACES, _RATIOS)}
+    averaged = float(np.logaddexp.reduce(list(found.values()))) - np.log(len(found))
+    place, ratio, peak = _best_change(evidence, max(found, key=lambda by: found[by]))
+    # A clear change is a peak between the places and ratios tried, and is judged by Schwarz's criterion.
+    together = max(averaged, peak - np.log(len(problem.reading.time)))
     others = float(np.logaddexp.reduce(problem.posterior.ways.log_anchored))
-    return RateChange(best[0] * slid, best[1]) if together > others + _CLEARLY else None
+    return RateChange(place * slid, ratio) if together > others + _CLEARLY else None
+
+
+def _best_change(evidence: Callable[[float, float], float], first: tuple[float, float]) -> tuple[float, float, float]:
+    """Return place and ratio of the change with the largest evidence near a first one, and its evidence."""
+    from scipy.optimize import minimize
+
+    best = minimize(
+        lambda by: -evidence(by[0], np.exp(by[1])),
+        (first[0], np.log(first[1])),
+        method="Nelder-Mead",
+        bounds=((_PLACES[0], _LAST_PLACE), np.log((_RATIOS[0], _RATIOS[-1]))),
+        options={"xatol": 1e-3, "fatol": 0.1},
+    )
+    return float(best.x[0]), float(np.exp(best.x[1])), float(-best.fun)
 
 
 def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading:
@@ -284,13 +304,7 @@ def _misfit(problem: DepthProblem) -> Finding:
     posterior, law = problem.posterior, problem.law.title
     change = rate_change(problem)
     if change is not None:
-        where = show(float(f"{change.distance:.2g}"), None, "m")
-        return _finding(
-            "wear_rate_changes",
-            f"under {law}, k_D after about {where} is {change.ratio:.2g} times that before; the reported k_D is the "
-            "mean over the test",
-            "split the test there, or fit a law with running-in",
-        )
+        return _rate_changes(problem, change)
     size = _size(problem)
     settles = posterior.settling_probability > _PROBABLE
     if posterior.thermal_probability > _PROBABLE:
@@ -307,12 +321,27 @@ def _misfit(problem: DepthProblem) -> Finding:
             "settling",
             "let the rig warm up before the test, or record the temperature",
         )
+    reliable = (
+        "the post-test measurement is the more reliable one"
+        if problem.measured_after
+        else "measure the scar, since k_D from the depth signal alone may be wrong by more than its uncertainty"
+    )
     return _finding(
         "curve_shape",
         f"neither {law} nor linear drift explains {size} of the depth signal",
-        "check for thermal drift, running-in, and wear of the counterbody; the post-test measurement is the more "
-        "reliable one",
+        f"check for thermal drift, running-in, and wear of the counterbody; {reliable}",
     )
+
+
+def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
+    where = show(float(f"{change.distance:.2g}"), None, "m")
+    changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.2g} times that before"
+    if problem.measured_after:
+        mean, remedy = "the reported k_D is the mean over the test", "split the test there"
+    else:
+        mean = "the reported k_D, from the depth signal alone, is not the mean over the test"
+        remedy = "measure the scar, from which the mean follows"
+    return _finding("wear_rate_changes", f"{changes}; {mean}", f"{remedy}, or fit a law with running-in")
 
 
 def _size(problem: DepthProblem) -> str:
