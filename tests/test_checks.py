@@ -193,6 +193,11 @@ def friction_after_restart(run):
     return replace(run, columns={**run.columns, "friction_coefficient": mu})
 
 
+def after_steps(*steps):
+    """Take the run from a file in which these steps come before it."""
+    return lambda run: replace(run, earlier_steps=steps)
+
+
 NAN = float("nan")
 AS_IT_IS = both()
 
@@ -205,6 +210,12 @@ def folded(run):
 THERE_AND_BACK = both(manifest(conditions__stroke="5 mm"), there_and_back(60))
 # For each check: its severity, what it must find, where, and what it must leave alone.
 CASES = {
+    "worn_before": (
+        "warning",
+        after_steps(1, 2),
+        "signals",
+        both(after_steps(1), manifest(contact__pin__shape="truncated-sphere", contact__pin__flat_radius="90 um")),
+    ),
     "conditions_change": (
         "warning",
         column("normal_force", lambda load: load * np.where(np.arange(len(load)) < 600, 1.0, 1.2)),

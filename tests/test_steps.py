@@ -63,6 +63,7 @@ def test_steps_of_a_ladder_are_runs_of_their_true_distances(lab, cumulative):
         with_radius(one.folder, rung.radius)
         run = read_run(one.folder)
         assert len(run) == 1800
+        assert run.earlier_steps == tuple(before.number for before in LADDER[: place - 1])
         assert run.sliding_distance[-1] == pytest.approx(rung.distance, rel=1e-9)
         assert run.columns["time"][[0, -1]] == pytest.approx([0.1, 180.0])
         assert np.mean(run.columns["friction_coefficient"]) == pytest.approx(0.1 * place, abs=0.001)
@@ -83,6 +84,14 @@ def test_steps_chosen_in_run_toml(lab):
     run = read_run(run_folder(lab, rtec_ladder(), "steps = [7, 13]", 'sliding_speed = "0.1 m/s"'))
     assert set(run.extras["Step"].values) == {7, 13}
     assert run.sliding_distance[-1] == pytest.approx(36.0)
+    assert run.earlier_steps == (4, 10)
+
+
+def test_a_short_step_that_loads_the_specimens_has_not_worn_them(lab):
+    rows = "".join(f"{t / 10:.1f},{1 + (t >= 9) + (t >= 100)},0.2\n" for t in range(200))
+    signals = 'steps = [3]\n[signals.columns]\ntime = "Time [s]"\nfriction_coefficient = "COF"'
+    run = read_run(run_folder(lab, f"Time [s],Step,COF\n{rows}".encode(), signals, 'sliding_speed = "0.1 m/s"'))
+    assert run.earlier_steps == (2,)
 
 
 def test_all_rows_are_read_where_no_step_is_chosen(lab):
@@ -187,6 +196,7 @@ def test_steps_of_a_file_too_long_to_be_held(lab, monkeypatch):
     read = read_run(folder)
     assert isinstance(read.sources[1], UnheldSource)
     assert len(read) == len(whole) == 100
+    assert read.earlier_steps == whole.earlier_steps == (1, 3)
     for name, values in whole.columns.items():
         assert np.allclose(read.columns[name], values)
     assert read.sliding_distance[-1] == pytest.approx(1.0)

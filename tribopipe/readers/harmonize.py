@@ -42,6 +42,7 @@ class _Gathered:
     headers: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     unused: list[str] = field(default_factory=list)
+    earlier_steps: set[int] = field(default_factory=set)
 
     @property
     def length(self) -> int | None:
@@ -85,6 +86,7 @@ def _read_files(manifest: RunManifest, folder: Path, written: SourceFile) -> Raw
         sources=tuple(sources),
         notes=tuple(gathered.notes),
         unused=tuple(gathered.unused),
+        earlier_steps=tuple(sorted(gathered.earlier_steps)),
         profiles=profiles,
         recording=recording,
     )
@@ -112,6 +114,7 @@ def _read_long(run: LongRun, manifest: RunManifest, sources: list[SourceFile], g
             gathered.headers[one.source.name] = one.header
             gathered.notes += one.notes
             gathered.unused += one.unused
+            gathered.earlier_steps |= one.earlier_steps
         parts = [one.part for one in condensed[-1]]
         _add(gathered, _joined(signals.names, parts, gathered.notes), spoken(signals.names))
     return run.recording(condensed[0])
@@ -147,6 +150,7 @@ def _read_part(gathered: _Gathered, source: SourceFile, reader: Reader, signals:
     steps = Steps(signals, source.name)
     part = steps.chosen(part_of(table, meanings, source.name, arms=arms), table.line_of)
     steps.refuse_missing()
+    gathered.earlier_steps |= steps.earlier
     return part
 
 

@@ -187,6 +187,8 @@ class Condensed(NamedTuple):
     notes: tuple[str, ...]
     unused: list[str]
     """Columns that seem to be signals and are not used."""
+    earlier_steps: set[int]
+    """Steps of the file, before the last that run.toml chooses, that it does not choose."""
 
 
 @dataclass
@@ -218,6 +220,8 @@ class _LongFile:
     arms: Arms = NO_ARMS
     words: Words = field(default_factory=dict)
     """Columns that were found to hold words."""
+    earlier_steps: set[int] = field(default_factory=set)
+    """The same, once the rows have been read."""
 
     def rows(self) -> Iterator[_Rows]:
         """Give the rows block by block. Raises ``OtherWords`` where a column that began with numbers has words."""
@@ -231,6 +235,7 @@ class _LongFile:
             if len(next(iter(part.columns.values()))):
                 yield _Rows(table, meanings, part)
         steps.refuse_missing()
+        self.earlier_steps = steps.earlier
 
     def beginning(self) -> dict[SignalName, Column]:
         """Return the signals of the first block."""
@@ -260,7 +265,8 @@ class _LongFile:
         kept = Part({name: columns[name] for name in first.part.columns}, extras)
         name, whole = self.text.source.name, seen.table()
         notes, unused = notes_on(whole, first.meanings, name, self.arms), doubts_on(whole, self.signals, name)
-        return Condensed(self.text.source, kept, starts, means.rows, first.table.header, tuple(notes), unused)
+        header, earlier = first.table.header, self.earlier_steps
+        return Condensed(self.text.source, kept, starts, means.rows, header, tuple(notes), unused, earlier)
 
 
 def _is_empty(column: NDArray[Any]) -> bool:

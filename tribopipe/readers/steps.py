@@ -5,6 +5,7 @@ refused with its line: its rows cannot be distinguished.
 """
 
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -31,6 +32,8 @@ _MOST_STEPS = 1000
 """A column of more different numbers counts rows or cycles."""
 _SMOOTH = 1.5
 """Sampling intervals within which time goes on from one row to the next."""
+_SHORT = 0.1
+"""Rows, per row kept, of a step that only approaches and loads the specimens."""
 _FEWEST_ROWS = 10
 """Rows before a change of step from which the sampling interval is known."""
 
@@ -132,6 +135,12 @@ class Steps:
     file: str
     seen: set[int] = field(default_factory=set)
     """Numbers of all steps that were read."""
+    _before: Counter[int] = field(default_factory=Counter)
+    """Rows of the steps that are left out before the last row kept."""
+    _left_out: Counter[int] = field(default_factory=Counter)
+    """Rows left out since then."""
+    _kept: int = 0
+    """Rows kept."""
     _last: _Row | None = None
     _anew: str | None = None
     """Place at which time began again with a step."""
@@ -161,11 +170,25 @@ class Steps:
             self._last = _Row(float(numbers[-1]), {axis: float(one[-1]) for axis, one in axes.items()}, {})
             return part
         kept = np.isin(numbers, self.signals.steps)
+        self._note_earlier(numbers[carried:], kept[carried:])
         starts = {axis: _starts(one, kept, last.starts[axis] if last else 0.0) for axis, one in axes.items()}
         ends, begun = ({axis: float(one[axis][-1]) for axis in axes} for one in (axes, starts))
         self._last = _Row(float(numbers[-1]), ends, begun)
         counted = {axis: (one - starts[axis])[carried:] for axis, one in axes.items()}
         return _rows(Part({**part.columns, **counted}, part.extras), kept[carried:])
+
+    @property
+    def earlier(self) -> set[int]:
+        """Numbers of the steps left out before the last row kept, without those too short for much wear."""
+        return {number for number, rows in self._before.items() if rows >= _SHORT * self._kept}
+
+    def _note_earlier(self, numbers: Column, kept: NDArray[np.bool_]) -> None:
+        self._kept += int(np.count_nonzero(kept))
+        end = int(np.flatnonzero(kept)[-1]) if np.any(kept) else 0
+        self._left_out.update(numbers[:end][~kept[:end]].astype(int).tolist())
+        if np.any(kept):
+            self._before, self._left_out = self._before + self._left_out, Counter()
+        self._left_out.update(numbers[end:][~kept[end:]].astype(int).tolist())
 
     def refuse_missing(self) -> None:
         """Raise ``ReaderError`` where a step that run.toml chooses is not in the file."""

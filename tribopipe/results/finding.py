@@ -73,6 +73,7 @@ TITLES: Mapping[str, str] = {
     "missing_input": "inputs for k_D missing",
     "reader_assumption": "file read with assumptions",
     "unused_signal": "recorded signal not used",
+    "worn_before": "specimens may be worn at the start",
     "friction_lever": "friction force with unknown lever arm",
     "unstated_uncertainty": "default uncertainties used",
     "impossible_measurement": "impossible post-test measurement",

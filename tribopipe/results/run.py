@@ -125,6 +125,8 @@ class RawRun(Tabular):
     """Notes of the readers on their files; kept in an archive among the findings."""
     unused: tuple[str, ...] = ()
     """Columns that seem to be signals and are not used, with the reason; kept in an archive among the findings."""
+    earlier_steps: tuple[int, ...] = ()
+    """Steps of the files, before the last that run.toml chooses, that it does not choose; none of an archived run."""
     profiles: Mapping[str, Profile] = field(default_factory=dict)
     """Profiles across wear tracks by where run.toml names them: "end_values.curved_disc_profile"."""
     recording: Recording | None = None

@@ -262,6 +262,26 @@ def unused_signal(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+@check("warning")
+def worn_before(run: RawRun) -> Iterator[Trouble]:
+    """Find a step before which earlier ones of the file may have worn the same specimens.
+
+    A pin described with the flat that it has by then is none of these.
+    """
+    contact = run.manifest.contact
+    if contact is None or not run.earlier_steps or getattr(contact.bodies.get("pin"), "flat_radius", None) is not None:
+        return
+    first, last = run.earlier_steps[0], run.earlier_steps[-1]
+    earlier = f"{first}" if first == last else f"{first} to {last}"
+    yield Trouble(
+        "signals",
+        f"found earlier steps in the file ({earlier}), which may have worn the same specimens; expected unworn "
+        "specimens at the start of a run, without which k_D is wrong",
+        "if the specimens were not replaced, remove steps under [[signals]]: k_D of all steps together is based on the "
+        'recorded load; or describe the worn pin with shape = "truncated-sphere" and its flat_radius',
+    )
+
+
 @check("note")
 def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
     """Name the inputs for which a default uncertainty will be used."""
