@@ -159,7 +159,7 @@ TROUBLE = {
     "count goes back": ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "rotations"),
     "count below zero": ("axis_backward", {}, {"rotations": TURNS - 5.0}, "rotations"),
     "count stands still": ("axis_constant", {}, {"rotations": np.full(501, 3.0)}, "rotations"),
-    "count carried over": ("axis_offset", {}, {"rotations": TURNS + 5_000}, "rotations"),
+    "count carried over": ("signals_preprocessed", {}, {"rotations": TURNS + 5_000}, "rotations"),
     "load pulls": ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "normal_force"),
 }
 

@@ -363,10 +363,14 @@ def recording_gap(run: RawRun) -> Iterator[Trouble]:
     if usual and gaps:
         yield Trouble(
             "time",
-            f"found {len(gaps)} gaps, the first of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
+            f"found {_gaps(len(gaps))} of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
             f"expected steps of {usual:.3g} s",
             "check whether the test was stopped there" + (_COUNTED if _by_the_clock(run) else ""),
         )
+
+
+def _gaps(count: int) -> str:
+    return "a gap" if count == 1 else f"{count} gaps, the first"
 
 
 def _by_the_clock(run: RawRun) -> bool:
@@ -408,7 +412,9 @@ def clipped_signal(run: RawRun) -> Iterator[Trouble]:
                     name,
                     f"found {_shown(name, levels[end])}, the {'highest' if end else 'lowest'} value, in "
                     f"{100 * counts[end] / np.sum(counts):.0f} % of the samples; expected few samples with this value",
-                    "check whether the sensor or its amplifier was saturated: larger changes were not recorded",
+                    "check whether the sensor or its amplifier was saturated; if so, larger changes were not recorded: "
+                    f"mask these samples, with limits.{name} just {'below' if end else 'above'} this value for the "
+                    'step "mask" in a recipe, or repeat the test with a larger range',
                 )
 
 
@@ -432,12 +438,20 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _SLIPPERY * force)
     lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
     if lost > _LOST:
+        begun = (
+            ""
+            if not without[0]
+            else (
+                '; if time or distance then starts above zero, write carried_over = "always" for the step '
+                '"continuous-axes" in a recipe'
+            )
+        )
         yield Trouble(
             "friction_force",
             f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first from "
             f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
             "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
-            "about this fraction",
+            f"about this fraction{begun}",
         )
 
 
@@ -555,7 +569,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     started_anew = any(stop.remounted for stop in run.manifest.interruptions)
     if total is None or started_anew or abs(rise - total.value) <= max(0.5 * total.value, _MOST_DRIFT):
         return
-    listed = 'add the step "invert" with signals = ["depth"] after the default steps'
+    listed = 'add the step "invert" with signals = ["depth"] after the default steps of a recipe'
     turn = f"if the depth signal decreases with wear, {listed}; otherwise, " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
     drift = _thermal_drift(run)
@@ -669,14 +683,14 @@ def _speed_of_motion(time: Column, axis: Column) -> float:
     return float(np.sum(slid[moves]) / np.sum(steps[moves]))
 
 
-@check("warning")
-def axis_offset(run: RawRun) -> Iterator[Trouble]:
-    """Find counters carried over from an earlier test."""
-    for name, values in _measured(run):
+@check_cleaned("warning")
+def axis_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find counters that may be carried over from an earlier test, where no other axis shows it."""
+    for name, values in _measured(cleaned.run):
         if name in _AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
-                "preprocessing subtracts the initial value if another axis shows that it was carried over from an "
-                'earlier test; otherwise, write carried_over = "always" in the recipe, or record from the start',
+                'if the counter was not reset after an earlier test, write carried_over = "always" for the step '
+                '"continuous-axes" in a recipe; otherwise, record from the start',
             )
