@@ -25,7 +25,8 @@ from tribopipe.readers.tables import bare_name
 # As plain_name writes names: small letters and digits alone, accents taken off.
 _SYNONYMS: dict[SignalName, str] = {
     "time": (
-        "testtime elapsedtime runtime t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika "
+        "testtime elapsedtime runtime clock clocktime timestamp datetime uhrzeit "
+        "t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika "
         "cas tempsessai tiempoensayo czastarcia 时间 時間 试验时间 試験時間 経過時間"
     ),
     "rotations": (

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
+from tribopipe.readers.clock_times import with_clock_times
 from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
@@ -79,7 +80,7 @@ class DelimitedReader:
         text = decode(source, hints.encoding)
         layout = find_layout(text, hints)
         text, left_out = without_closing_words(text, layout)
-        table = read_table(text, layout)
+        table = with_clock_times(read_table(text, layout))
         return replace(table, notes=(*table.notes, *left_out))
 
 

@@ -1,0 +1,45 @@
+"""Times of day in a time column, as loggers write them."""
+
+import numpy as np
+import pytest
+
+from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.reader import Hints
+from tribopipe.results.run import SourceFile
+
+
+def columns(text: str):
+    table = DelimitedReader().read(SourceFile("log.csv", text.encode()), Hints())
+    return {column.name: column for column in table.columns}, table.notes
+
+
+@pytest.mark.parametrize(
+    ("times", "seconds"),
+    [
+        (("21:48:30", "21:48:31", "21:48:33"), (0, 1, 3)),
+        (("23:59:58", "23:59:59,5", "0:00:01"), (0, 1.5, 3)),
+        (("0:00:00.0", "0:00:00.5", "100:00:00.0"), (0, 0.5, 360_000)),
+        (("2025-02-28 23:59:59", "2025-03-01 00:00:00", "2025-03-02T00:00:00"), (0, 1, 86_401)),
+        (("28.02.2024 23:59:59", "29.02.2024 00:00:00", "1.3.2024 00:00:00"), (0, 1, 86_401)),
+    ],
+)
+def test_times_of_day_are_seconds_since_the_first_row(times, seconds):
+    found, notes = columns("Uhrzeit;Reibwert\n" + "".join(f"{time};0.5\n" for time in times))
+    np.testing.assert_allclose(found["Uhrzeit"].values, seconds)
+    assert found["Uhrzeit"].unit == "s"
+    assert notes == ("column 'Uhrzeit': times of day, read as seconds since the first row",)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [("21:48:30", "off", "21:48:32"), ("21:48:30", "2025-03-01 21:48:31", "21:48:32"), ("30.02.2024 1:00:00",) * 3],
+)
+def test_other_texts_stay_texts(times):
+    found, _ = columns("Time;mu\n" + "".join(f"{time};0.5\n" for time in times))
+    assert found["Time"].values.tolist() == list(times)
+    assert found["Time"].unit is None
+
+
+def test_a_column_with_a_unit_of_time_is_the_time():
+    found, _ = columns("Clock;Time [s];mu\n21:48:30;0;0.5\n21:48:31;1;0.5\n")
+    assert found["Clock"].unit is None
