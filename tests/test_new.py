@@ -482,6 +482,37 @@ def test_settings_that_cannot_be_are_refused(export, setting, told):
         make_run(Wanted([export], settings=[setting]))
 
 
+BALL = """\
+schema = "tribopipe.template/1"
+[contact]
+kind = "{kind}"
+[contact.ball]
+diameter = {{ value = "6 mm", standard_uncertainty = "0.1 %" }}
+material = "Al2O3"
+"""
+
+
+@pytest.mark.parametrize("kind", ["pin-on-disc", "reciprocating"])
+def test_a_ball_of_a_template_is_a_pin_of_its_diameter(lab, kind):
+    (lab / "lab.toml").write_text(BALL.format(kind=kind), encoding="utf-8")
+    known = gather(read_template(lab / "lab.toml"), "lab.toml", [LOAD], [])
+    radius = {"value": "3 mm", "standard_uncertainty": "0.003 mm"}
+    found = {key: known.values[f"contact.pin.{key}"] for key in ("shape", "radius", "material")}
+    assert found == {"shape": "spherical", "radius": radius, "material": "Al2O3"}
+
+
+def test_a_template_with_a_ball_and_a_pin_is_refused(lab):
+    (lab / "lab.toml").write_text(BALL.format(kind="pin-on-disc") + "[contact.pin]\n", encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"contact\.ball: found a ball in addition to a pin"):
+        read_template(lab / "lab.toml")
+
+
+def test_keys_that_a_template_may_have_are_those_of_its_contact(lab):
+    (lab / "lab.toml").write_text(BALL.format(kind="reciprocating") + "[contact.disc]\n", encoding="utf-8")
+    with pytest.raises(ManifestError, match=r"contact\.disc: unknown key; (?!.*flat_disc)"):
+        read_template(lab / "lab.toml")
+
+
 def test_the_template_of_the_documentation_is_one(tmp_path):
     told = (ROOT / "docs" / "new_run.md").read_text(encoding="utf-8")
     (written,) = re.findall(r"(?s)```toml\n(.*?)```", told)

@@ -1,6 +1,6 @@
 """lab.toml: what is the same in all runs of a lab, from which `tribopipe new` fills run.toml."""
 
-from collections.abc import Container
+from collections.abc import Collection, Container, Mapping
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
 
-from tribopipe.documents.contact import Contact
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.contact import Ball, Contact
 from tribopipe.documents.contact_kinds import SHIPPED
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest, Sensors, SignalFile
 from tribopipe.documents.record import Record, read_document
@@ -23,6 +24,11 @@ class _Part(Record):
     """Keys that have their descriptions from another record, so that none is looked for in the source."""
 
     model_config = ConfigDict(use_attribute_docstrings=False)
+
+    @classmethod
+    def known_in(cls, document: Mapping[str, Any], keys: Collection[str]) -> set[str]:
+        """Return those keys that make sense with the contact of a template, in its names."""
+        return RunManifest.known_in(document, keys)
 
 
 def _optional(kind: Any, description: str | None, **rules: Any) -> Any:
@@ -42,6 +48,7 @@ def _part_of(record: type[Record], without: Container[str] = (), **others: Any) 
 def _contact(contact: type[Contact]) -> type[Record]:
     """Make the record of a kind of contact of which only the type of tribometer needs to be stated."""
     bodies: dict[str, Any] = {name: contact.model_fields[name].annotation for name in contact.body_names}
+    bodies |= {"ball": Ball} if "pin" in bodies else {}
     parts = {name: _optional(_part_of(body), body.__doc__) for name, body in bodies.items()}
     kind: Any = contact.model_fields["kind"]
     return _part_of(contact, without=bodies, kind=(kind.annotation, Field(description=kind.description)), **parts)
@@ -68,10 +75,18 @@ Template: type[Record] = _part_of(
 
 
 def read_template(path: Path) -> dict[str, Any]:
-    """Read a template as it is written.
+    """Read a template as it is written; a ball in the place of a pin as a spherical pin of its diameter.
 
     Raises ``ManifestError`` with file, key (or line), what was found and what was expected.
     """
     document = parse_toml(path, read_bytes(path))
     read_document(document, Template, where=str(path))
-    return document
+    contact = document.get("contact", {})
+    if "ball" not in contact or "pin" not in SHIPPED[contact["kind"]].body_names:
+        return document
+    if "pin" in contact:
+        raise ManifestError(
+            f"{path}: contact.ball: found a ball in addition to a pin; expected only one of the two; remove the other"
+        )
+    others = {name: part for name, part in contact.items() if name != "ball"}
+    return document | {"contact": others | {"pin": {"shape": "spherical"} | contact["ball"]}}
