@@ -171,6 +171,12 @@ def test_header_lines_that_cannot_be_taken_are_named(lines, told):
     assert not {LOAD, "contact.pin.radius", "contact.pin.diameter"} & found.facts.keys()
 
 
+def test_a_row_of_units_states_nothing():
+    """The s of seconds is not a label of the sliding distance."""
+    assert header_facts("Zeit;Weg;Reibkraft\ns;m;N\n").notes == ()
+    assert header_facts("s;m;\n").notes == ()
+
+
 @pytest.mark.parametrize(
     ("lines", "started"),
     [

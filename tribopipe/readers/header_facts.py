@@ -15,7 +15,7 @@ from tribopipe.base.errors import UnitError
 from tribopipe.base.units import is_rotational, is_unit, is_unit_of, parse, with_point
 from tribopipe.readers.column_meanings import names_of, plain
 from tribopipe.readers.headed_tables import moment, moment_by
-from tribopipe.readers.tables import split_name
+from tribopipe.readers.tables import is_unit_row, split_name
 
 _QUANTITIES: dict[str, tuple[str, str]] = {
     "conditions.normal_load": ("force", "prufkraft testload kraft force"),
@@ -181,7 +181,7 @@ def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
     """Return what the lines above a table state; that of the ``names`` of its columns is none of them."""
     columns, notes = frozenset(names), []
     lines = [line.strip() for line in header.splitlines()[:_MOST_LINES] if len(line) <= _LONGEST]
-    lines = [line for line in lines if line and not _names_columns(line, columns)]
+    lines = [line for line in lines if line and not _names_columns(line, columns) and not _is_row_of_units(line)]
     found: dict[str, list[Fact]] = {}
     for key, value, line in _said(lines):
         if value is None:
@@ -201,6 +201,12 @@ def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
 def _names_columns(line: str, columns: frozenset[str]) -> bool:
     cells = [cell.strip(_BLANKS) for cell in re.split(r"[\t;|,]", _bare(line))]
     return len(cells) > 1 and 2 * sum(cell in columns for cell in cells) > len(cells)
+
+
+def _is_row_of_units(line: str) -> bool:
+    """Return whether all fields of a line are units, the s of seconds and not of a sliding distance among them."""
+    cells = [cell.strip(_BLANKS) for cell in re.split(r"[\t;|,]", _bare(line))]
+    return len(cells) > 1 and is_unit_row(cells)
 
 
 def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:

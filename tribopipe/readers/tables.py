@@ -358,7 +358,8 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -
         where = f"{text.name}, line {table.rows[table.body].line}"
         return (
             f"{where}: found data without a header row above; expected column names such as 'Time [s]', 'Depth [um]' "
-            "with the same separators; add a header row"
+            "with the same separators; add a header row to a copy of the file, or list the names of the columns in a "
+            "reader description (tribopipe help readers)"
         )
     under = f"with the separator {hints.separator!r}" if hints.separator else "with any known separator"
     return (

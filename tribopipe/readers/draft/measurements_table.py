@@ -26,8 +26,8 @@ from tribopipe.readers.tables import split_name
 from tribopipe.readers.text import Row, decode, sampled_rows
 
 _RUN_NAMES = (
-    "run, run id, id, file, test, test id, specimen, specimen id, sample id, Versuch, Lauf, Datei, Probekörper, essai, "
-    "ensayo, próba, 试验, 試験"
+    "run, run id, id, file, test, test id, specimen, specimen id, sample, sample id, Versuch, Lauf, Datei, Probe, "
+    "Probekörper, essai, échantillon, ensayo, muestra, próba, próbka, 试验, 試験"
 )
 _RUN = frozenset(map(plain, _RUN_NAMES.split(", ")))
 _SCARS = {

@@ -80,7 +80,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
         raise ReaderError(
             f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
             "expected consecutive files with the same columns, or channels over the same time base, with the same "
-            "number of rows; create one run per test"
+            "number of rows; create one run per test, or first merge channels of one test on a common time base"
         )
     before, found = _times(first), _times(other)
     if before is None or found is None:
