@@ -16,7 +16,7 @@ from tribopipe.evaluation.checks.materials import CLASSES
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.recorded_runs import life_of_pin
-from tribopipe.evaluation.wear.findings import rate_change
+from tribopipe.evaluation.wear.findings import rate_change, wear_findings
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.geometry import worn_volume
 from tribopipe.readers.long_text import _both_ends
@@ -45,6 +45,15 @@ def test_a_change_of_the_wear_rate_is_found_where_and_as_large_as_it_was_made(ra
     found = rate_change(problem)
     assert found.distance == pytest.approx(at * 500, abs=0.03 * 500)
     assert found.ratio == pytest.approx(ratio, rel=0.15)
+
+
+def test_wear_that_stops_is_not_called_another_k_d():
+    """A motor that stands still while the clock and the recording run on."""
+    raw = changed("si3n4-air-200mN", seed=1, ratio=1e-6, at=0.8)
+    problem = Member(correct_drift(raw), None).pose("archard", Recipe()).problem
+    (found,) = (finding for finding in wear_findings(problem) if finding.code == "wear_rate_changes")
+    assert "wear stops after about 400 m" in found.message
+    assert "delete the rows" in found.remedy
 
 
 @pytest.mark.usefixtures("few_draws")

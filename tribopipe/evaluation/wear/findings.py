@@ -24,7 +24,10 @@ from tribopipe.physics.depth_model.terms import AMPLITUDES
 from tribopipe.results.finding import Finding
 
 _PLACES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
-_LAST_PLACE = 0.95
+_LAST_PLACE = 0.98
+_FARTHEST_RATIOS = (1e-3, 1e2)
+_STOPPED = 0.05
+"""k_D after over k_D before, below which wear has stopped, as far as a depth signal shows."""
 _RATIOS = (0.1, 0.2, 0.33, 0.5, 0.67, 1.5, 2.0, 3.0, 5.0, 10.0)
 _CLEARLY = 3.0
 """ln of the odds against wander from which on a change is named."""
@@ -64,7 +67,7 @@ def _best_change(evidence: Callable[[float, float], float], first: tuple[float, 
         lambda by: -evidence(by[0], np.exp(by[1])),
         (first[0], np.log(first[1])),
         method="Nelder-Mead",
-        bounds=((_PLACES[0], _LAST_PLACE), np.log((_RATIOS[0], _RATIOS[-1]))),
+        bounds=((_PLACES[0], _LAST_PLACE), np.log(_FARTHEST_RATIOS)),
         options={"xatol": 1e-3, "fatol": 0.1},
     )
     return float(best.x[0]), float(np.exp(best.x[1])), float(-best.fun)
@@ -335,6 +338,12 @@ def _misfit(problem: DepthProblem) -> Finding:
 
 def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
     where = show(float(f"{change.distance:.2g}"), None, "m")
+    if change.ratio < _STOPPED:
+        return _finding(
+            "wear_rate_changes",
+            f"under {problem.law.title}, wear stops after about {where}; k_D is too small if nothing slid any more",
+            "check whether the motor stopped or the contact was lost; if so, delete the rows after this distance",
+        )
     changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.2g} times that before"
     if problem.measured_after:
         mean, remedy = "the reported k_D is the mean over the test", "split the test there"
