@@ -635,6 +635,7 @@ MORE = {
         manifest(interruptions=weighings(2.0, 2.1, 1.9, 2.05), end_values__pin_wear_volume=volume(2.0)),
         "interruptions, end_values of the pin",
     ),
+    "depth sensor off at first": ("dead_channel", samples_set("depth", slice(300), 0.0), "depth"),
     "time in ms as s": ("implausible_conditions", column("time", lambda time: time * 1e5), "time"),
     "no time passes": ("axis_constant", samples_set("time", slice(None), 3.0), "time"),
     "no end value": ("missing_input", manifest(end_values={}), "end_values"),
@@ -825,6 +826,7 @@ LESS = {
             column("sliding_distance", lambda s: np.interp(np.arange(len(s)), [0, 400, 700, len(s)], [0, 16, 16, 38])),
         ),
     ),
+    "depth in steps of 1 µm": ("dead_channel", column("depth", lambda depth: 1e-6 * np.round(1e6 * depth))),
     "strokes under load": (
         "contact_lost",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.9)),

@@ -12,6 +12,9 @@ from tribopipe.archive.steps import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.executor import Crew
 from tribopipe.cli.options import Part, crew, seen_by
+from tribopipe.cli.process import _say_missing
+from tribopipe.pipeline.stages import Outcome
+from tribopipe.results.wear_fit import WearFit
 
 LIGHT, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN"
 
@@ -163,3 +166,11 @@ def test_what_a_killed_writer_left_is_taken_away(archive):
     store.tidy()
     assert not left.exists()
     assert figure.exists()
+
+
+def test_what_a_run_without_k_d_is_missing_is_said_once(capsys):
+    told: set[str] = set()
+    for law in ("archard", "sarkar"):
+        fit = WearFit(model=law, outcome="not fitted", missing=("a scar",))
+        _say_missing(Outcome("one", "wear_fit", "done", fit), told)
+    assert capsys.readouterr().err == "one: archard: no wear coefficient: missing a scar\n"

@@ -123,13 +123,14 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool)
 
     kept: list[Outcome] = []
     warned: set[tuple[str, str, str]] = set()
+    told: set[str] = set()
     for outcome in coming:
         advance(f"{outcome.run_id}: {step_in_words(outcome.stage)}", by=int(outcome.stage == "ingest"))
         say_amended(outcome)
         if in_full:
             say_warnings(_less_repeated(outcome, warned))
             say_clean_up(outcome)
-            _say_doubts(outcome)
+            _say_missing(outcome, told)
         say_change(outcome)
         kept.append(outcome if outcome.stage == "study" else replace(outcome, result=None))
     return in_order(kept)
@@ -203,15 +204,15 @@ def _show(store: "Archive", outcomes: "list[Outcome]", *, as_json: bool, verbose
     return None
 
 
-def _say_doubts(outcome: "Outcome") -> None:
-    """Report contradictions of depth and post-test measurement, and what is missing for a correction."""
+def _say_missing(outcome: "Outcome", told: set[str]) -> None:
+    """Report what is missing for the first incomplete result of a run; ``told`` are the runs reported before."""
     from tribopipe.results.evaluation import DriftCorrection
+    from tribopipe.results.wear_fit import WearFit
 
-    correction = outcome.result
-    if not isinstance(correction, DriftCorrection):
-        return
-    if correction.missing:
-        say(f"{outcome.run_id}: {correction}")
+    found = outcome.result
+    if isinstance(found, DriftCorrection | WearFit) and found.missing and outcome.run_id not in told:
+        say(f"{outcome.run_id}: {found}")
+        told.add(outcome.run_id)
 
 
 def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool, doubtful: str | None) -> None:

@@ -44,6 +44,8 @@ _STEADY_TEMPERATURE = 0.5
 """K: within it a temperature counts as steady."""
 _OFF_PLAN = 0.05
 """Share of the planned distance or rotations by which a test may end elsewhere."""
+_STILL, _LONGER = 0.05, 10
+"""Share of the samples, and multiple of the second longest stretch, from which on equal readings are a standstill."""
 _DEAD = 0.5
 """Share of samples of exactly zero from which on a channel of friction was off."""
 _FEWEST_COPIED, _COPIED = 16, 0.9
@@ -82,7 +84,7 @@ def _measured(run: RawRun) -> Iterator[tuple[SignalName, Column]]:
 
 
 def _shown(name: SignalName, value: float) -> str:
-    return Quantity(value=float(value), unit=SIGNALS[name].unit).shown()
+    return Quantity(value=float(value), unit=SIGNALS[name].unit).shown("um" if name == "depth" else None)
 
 
 @check("error")
@@ -387,7 +389,7 @@ def _is_stated_stop(run: RawRun, sample: int) -> bool:
 
 @check("warning")
 def dead_channel(run: RawRun) -> Iterator[Trouble]:
-    """Find channels that never move, and friction that is zero through most of a test."""
+    """Find channels that never move, friction that is zero through most of a test, and depth that stands still."""
     for name, values in _measured(run):
         seen = values[np.isfinite(values)]
         if name not in ("depth", "friction_force", "friction_coefficient") or len(seen) <= _FEWEST:
@@ -397,6 +399,28 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
         found = f"{_shown(name, seen[0])} throughout" if np.ptp(seen) == 0 else found
         if found is not None:
             yield Trouble(name, f"found {found}; expected a varying signal", "check whether the channel was on")
+        elif name == "depth" and (still := _standstill(values)) is not None:
+            first, count = still
+            yield Trouble(
+                name,
+                f"found {_shown(name, values[first])} in {count} samples in a row, from {run.numbered(first)} on; "
+                "expected a varying signal",
+                "check whether the sensor was on, and empty these fields in a copy of the file if it was not",
+            )
+
+
+def _standstill(values: Column) -> tuple[int, int] | None:
+    """Return first sample and number of equal readings in a row that noise and resolution do not explain."""
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(values) != 0) + 1])
+    counts = np.diff(starts, append=len(values))
+    if len(counts) < 2:
+        return None
+    longest = int(np.argmax(counts))
+    value, others = values[starts[longest]], np.delete(counts, longest)
+    # An end of the range is a matter of clipped_signal.
+    clipped = value != 0 and value in (np.nanmin(values), np.nanmax(values))
+    is_long = counts[longest] > max(_STILL * len(values), _LONGER * int(np.max(others)))
+    return (int(starts[longest]), int(counts[longest])) if is_long and not clipped else None
 
 
 @check("warning")

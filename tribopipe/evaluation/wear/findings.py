@@ -341,7 +341,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
     if change.ratio < _STOPPED:
         return _finding(
             "wear_rate_changes",
-            f"under {problem.law.title}, wear stops after about {where}; k_D is too small if nothing slid any more",
+            f"under {problem.law.title}, wear stops after about {where}; k_D is too small if sliding stopped there",
             "check whether the motor stopped or the contact was lost; if so, delete the rows after this distance",
         )
     changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.2g} times that before"
