@@ -113,9 +113,11 @@ def test_a_scar_on_a_disc_that_nobody_measured_does_not_give_a_sure_volume(disc,
 
 def test_a_track_as_wide_as_a_scar_of_unknown_direction_leaves_the_groove_unknown():
     """Both are the width of the scar, however deep the groove is; beside the length, they leave no groove."""
-    width = {"disc_track_width": si(0.588e-3, "m", 5e-6)}
     across = {"pin_scar_diameter": si(0.59e-3, "m", 5e-6)}
-    assert unseen(fit_wear(of_materials("Al2O3", "steel", **across, **width), recipe=FIRST_ORDER)) == {"warning"}
+    for wide, severities in ((0.588e-3, {"warning"}), (0.593e-3, {"warning"}), (0.68e-3, set())):
+        width = {"disc_track_width": si(wide, "m", 5e-6)}
+        assert unseen(fit_wear(of_materials("Al2O3", "steel", **across, **width), recipe=FIRST_ORDER)) == severities
+    width = {"disc_track_width": si(0.588e-3, "m", 5e-6)}
     assert unseen(fit_wear(of_materials("Al2O3", "steel", **SCAR, **width), recipe=FIRST_ORDER)) == set()
 
 

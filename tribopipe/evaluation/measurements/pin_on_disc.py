@@ -27,6 +27,9 @@ from tribopipe.evaluation.measurements.worn_pair import (
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
 
+_CLEARLY = 3.0
+"""Standard uncertainties from which on two widths show a groove."""
+
 
 @dataclass(frozen=True)
 class EndWear:
@@ -183,13 +186,15 @@ class _Found:
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
         pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
         unseen = defaults.unseen_groove
-        found = cls(pair, pins, tuple(disc_wear(run, where, readings, pair)), unseen).with_best_track(readings)
+        found = cls(pair, pins, tuple(map(_if_shown, disc_wear(run, where, readings, pair))), unseen).with_best_track(
+            readings
+        )
         if not any(pin.name == "pin_scar_diameter" for pin in pins) or found.pair.disc is _NO_TRACK:
             return found
         pins = tuple(found.in_any_direction(pin) for pin in pins)
         best = next((pin for pin in pins if pin.name == best.name), UNKNOWN_SHARE)
         pair = replace(found.pair, pin=best)
-        return cls(pair, pins, tuple(disc_wear(run, where, readings, pair)), unseen)
+        return cls(pair, pins, tuple(map(_if_shown, disc_wear(run, where, readings, pair))), unseen)
 
     @property
     def groove(self) -> EndValueUsed | None:
@@ -251,6 +256,21 @@ class _Found:
             return pin
         wider = max(1.0, (depth.standard_uncertainty or 0.0) / alone)
         return _with_uncertainty(pin, wider * (pin.quantity.standard_uncertainty or 0.0))
+
+
+def _if_shown(way: BodyWear) -> BodyWear:
+    """Return the wear of a disc without the depth and volume of a groove that two widths leave open.
+
+    A track is as wide as a scar of unknown direction in any groove, and a little wider by the errors of both.
+    """
+    open_ = (
+        way.name in WIDTHS
+        and way.pair is not None
+        and way.pair.pin.name == "pin_scar_diameter"
+        and way.depth is not None
+        and way.depth.value < _CLEARLY * (way.depth.standard_uncertainty or 0.0)
+    )
+    return replace(way, depth=None, volume=None) if open_ else way
 
 
 def _on_unworn_track(pair: WornPair, pin: EndValueUsed, unseen_groove: float) -> BodyWear:
