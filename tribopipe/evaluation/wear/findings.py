@@ -342,7 +342,8 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
         return _finding(
             "wear_rate_changes",
             f"under {problem.law.title}, wear stops after about {where}; k_D is too small if sliding stopped there",
-            "check whether the motor stopped or the contact was lost; if so, delete the rows after this distance",
+            "check whether the motor stopped or the contact was lost, and delete the rows after this distance if so; "
+            "otherwise, check whether the sensor reached the end of its range",
         )
     changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.2g} times that before"
     if problem.measured_after:
