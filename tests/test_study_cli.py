@@ -593,7 +593,7 @@ def test_process_draws_run_and_study_of_one_name(run_cli, lab, monkeypatch):
 
 DOCUMENTS = {
     "other material": ({"fit": [LIGHT, "other-material"]}, ["air", "pin material SiC in other-material", "Si3N4"]),
-    "other radius": ({"predict": ["other-radius"]}, ["air", "pin radius in m 0.001 in other-radius", LIGHT]),
+    "other radius": ({"fit": [LIGHT, "other-radius"]}, ["air", "pin radius in m 0.001 in other-radius", LIGHT]),
     "other medium": ({"predict": ["other-medium"]}, ["air", "medium water in other-medium", LIGHT]),
     "not archived": (
         {"fit": [LIGHT, "si3n4-air-20mN"]},
@@ -632,7 +632,7 @@ CALLS = {
     "other material": (["fit", LIGHT, "other-material", "--together"], ["pin material SiC", "Si3N4"]),
     "other radius": (["fit", "other-radius", LIGHT, "--together"], ["pin radius in m", "0.000794", "0.001"]),
     "all runs": (["fit", "--together"], ["expected the same materials"]),
-    "onto another radius": (["predict", "--from", LIGHT, "--onto", "other-radius"], ["pin radius in m 0.001"]),
+    "onto another material": (["predict", "--from", LIGHT, "--onto", "other-material"], ["pin material SiC"]),
     "not archived": (["fit", LIGHT, "si3n4-air-20mN", "--together"], ["'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"]),
     "from what is not archived": (["predict", "--from", "si3n4", "--onto", LIGHT], ["found no run 'si3n4'"]),
     "onto what is not archived": (

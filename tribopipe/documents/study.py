@@ -7,7 +7,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunId, RunManifest
 from tribopipe.documents.quantity import Length
@@ -72,12 +72,12 @@ class Study(Record):
 def check_bodies(study_id: str, fit: Sequence[RunManifest], predict: Sequence[RunManifest] = ()) -> None:
     """Refuse runs of other materials or environment under one k_D, and fitted ones of another geometry.
 
-    Between contacts in which a pin, ball or block slides, k_D of one geometry predicts another.
+    Between contacts whose bodies have the same parts, k_D of one geometry predicts another.
     """
     first = fit[0]
     mine = _alike(first.described, first)
     for other in (*fit[1:], *predict):
-        everything = other not in predict or not _slide(first, other)
+        everything = other not in predict or other.contact is None or other.contact.roles != first.described.roles
         for what, one, another in zip(mine, mine.values(), bodies(other), strict=False):
             if one != another and (everything or what in _pair(first.described, first)):
                 raise FitError(
@@ -89,10 +89,6 @@ def check_bodies(study_id: str, fit: Sequence[RunManifest], predict: Sequence[Ru
 def in_another_geometry(fit: RunManifest, predict: Sequence[RunManifest]) -> list[str]:
     """Return the runs whose contact or geometry is not that of the fitted ones."""
     return [other.id for other in predict if bodies(other) != bodies(fit)]
-
-
-def _slide(*runs: RunManifest) -> bool:
-    return all(isinstance(run.contact, SlidingPin) for run in runs)
 
 
 def bodies(manifest: RunManifest) -> tuple[object, ...]:
