@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, STROKE, described, run_of, si
 
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
@@ -107,6 +108,18 @@ def test_flat_pin_tells_the_volume_of_its_track(ratio):
     assert disc.volume.value == pytest.approx(float(found.groove_area) * PATH, rel=1e-6)
     (alone,) = wear(readings(found), "disc_wear_depth", shape="flat").bodies["disc"]
     assert abs(alone.volume.value - float(found.groove_area) * PATH) <= 2 * alone.volume.standard_uncertainty
+
+
+def test_a_depth_signal_shows_the_pin_beside_a_groove_but_is_no_measurement_of_it():
+    found = state(60)
+    run = run_of(described(conditions=CIRCLE, disc_wear_depth=readings(found)["disc_wear_depth"]))
+    pin_depth = Quantity(value=float(found.pin_depth), unit="m", standard_uncertainty=1e-7)
+    alone, together = specific_wear(run), specific_wear(run, pin_depth=pin_depth)
+    volume = float(found.groove_area) * PATH
+    assert together.bodies["disc"].volume.value == pytest.approx(volume, rel=1e-3)
+    assert together.bodies["disc"].volume.standard_uncertainty < 0.1 * alone.bodies["disc"].volume.standard_uncertainty
+    assert together.bodies["pin"].volume is None
+    assert any("from disc_wear_depth and the depth signal" in note for note in together.notes)
 
 
 def test_stroke_holds_its_ends_as_well():

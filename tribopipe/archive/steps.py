@@ -30,13 +30,13 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
-    "drift_correction": 4,
+    "drift_correction": 5,
     "friction_fit": 4,
-    "specific_wear": 3,
-    "wear_fit": 8,
-    "prediction": 4,
+    "specific_wear": 4,
+    "wear_fit": 9,
+    "prediction": 5,
     "local_wear": 1,
-    "study": 5,
+    "study": 6,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""
@@ -62,7 +62,7 @@ _PLAIN: dict[StepName, StepKind] = {
     "clean_up": StepKind((CleanUp,), ()),
     "drift_correction": StepKind((DriftCorrection,), ("clean_up",)),
     "friction_fit": StepKind((FrictionFit,), ("clean_up",)),
-    "specific_wear": StepKind((SpecificWear,), ("clean_up",)),
+    "specific_wear": StepKind((SpecificWear,), ("clean_up", "drift_correction")),
 }
 
 

@@ -38,6 +38,7 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
 from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, predicted_curves, run_scenario
+from tribopipe.evaluation.wear.problem import pin_depth_by_reading
 from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_package
 from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
@@ -151,10 +152,11 @@ def friction_fit(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
 
 
 def specific_wear_rates(archive: Archive, run_id: str, recipe: Recipe) -> PlannedStep:
-    """Plan to evaluate the specific wear rate of each body by its post-test measurements."""
+    """Plan to evaluate the specific wear rate of each body by its post-test measurements and the depth signal."""
 
     def compute() -> Found:
-        return Found(specific_wear(archive.cleaned(run_id), recipe))
+        corrected = archived_correction(archive, run_id)
+        return Found(specific_wear(corrected.run, recipe, pin_depth_by_reading(corrected, recipe)))
 
     return _planned(archive, run_id, "specific_wear", {"uncertainty": _told(recipe.uncertainty)}, compute)
 

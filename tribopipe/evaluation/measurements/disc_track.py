@@ -168,8 +168,13 @@ def _by_profiles(found: list[Track], pair: WornPair) -> BodyWear:
     return BodyWear("disc_profile", "manifest", depth, combined(volume, (area, path.length, ends), "m^3"))
 
 
-def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterator[str]:
-    """Report why the disc's depth or volume is missing, and what they assume."""
+def disc_notes(
+    run: RawRun, end: EndValues, ways: Sequence[BodyWear], pin_depth: Quantity | None = None
+) -> Iterator[str]:
+    """Report why the disc's depth or volume is missing, and what they assume.
+
+    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal.
+    """
     conditions, best = run.manifest.conditions, surest(ways, "volume")
     if ways and best is None:
         lacking = conditions.track_radius is None and conditions.stroke is None
@@ -179,7 +184,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
             else "the depth or width of the wear track alone does not give the wear volume of the disc"
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
-        yield from _assumed(best.pair)
+        yield from _assumed(best.pair, pin_depth)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
             yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the wear track"
@@ -190,7 +195,7 @@ def disc_notes(run: RawRun, end: EndValues, ways: Sequence[BodyWear]) -> Iterato
         )
 
 
-def _assumed(pair: WornPair) -> Iterator[str]:
+def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
     """Report what the volume of a track follows from."""
     if pair.pin is UNKNOWN_SHARE:
         yield (
@@ -198,6 +203,7 @@ def _assumed(pair: WornPair) -> Iterator[str]:
             'the pin, or both depth and width of the track, or state pin_wear_depth = "0 um" if the pin has not worn'
         )
     else:
-        yield f"wear volume of the disc from {pair.disc.name} and {pair.pin.name}, and the shape of the groove"
+        pin = "the depth signal" if pair.pin.quantity is pin_depth else pair.pin.name
+        yield f"wear volume of the disc from {pair.disc.name} and {pin}, and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
         yield f"{pair.disc.name} is assumed to be measured in the middle of the stroke"

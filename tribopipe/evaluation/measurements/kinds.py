@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
@@ -16,8 +17,8 @@ from tribopipe.results.run import RawRun
 class Measurements(NamedTuple):
     """Functions that evaluate the measurements of the bodies."""
 
-    worn: Callable[[RawRun, DefaultUncertainty, int | None], WornBodies]
-    """Depth and volume of each body at an interruption, or at the end."""
+    worn: Callable[[RawRun, DefaultUncertainty, int | None, Quantity | None], WornBodies]
+    """Depth and volume of each body at an interruption, or at the end, by the depth of an unmeasured pin, m."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
     """The wear at the end as a displacement sensor has seen it; None if it is unknown."""
     needed: str
@@ -36,7 +37,7 @@ _FAMILIES: dict[type[Contact], Measurements] = {
         "a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",
     ),
     TwinDisc: Measurements(
-        twin_disc_wear,
+        lambda run, defaults, interruption, _: twin_disc_wear(run, defaults, interruption),
         disc_end_wear,
         "a post-test measurement of the crowned disc (wear depth, track width or wear volume)",
     ),

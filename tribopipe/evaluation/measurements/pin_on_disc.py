@@ -130,18 +130,18 @@ def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndV
 
 
 def pin_on_disc_wear(
-    run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None, *, pin_depth: Quantity | None = None
+    run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None, pin_depth: Quantity | None = None
 ) -> WornBodies:
     """Return depth and volume of both bodies by each post-test measurement, or by what was measured at an interruption.
 
-    ``pin_depth`` is that of a pin that was not measured, m, by other means.
+    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal, which is no measurement of the pin.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run, interruption)
     found = _Found.of(run, where, end, defaults, pin_depth)
-    pins = tuple(found.wear_of(pin) for pin in found.pins)
-    return WornBodies({"pin": pins, "disc": found.disc}, tuple(disc_notes(run, end, found.disc)))
+    pins = tuple(found.wear_of(pin) for pin in found.pins if pin.quantity is not pin_depth)
+    return WornBodies({"pin": pins, "disc": found.disc}, tuple(disc_notes(run, end, found.disc, pin_depth)))
 
 
 def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:

@@ -40,6 +40,7 @@ from tribopipe.evaluation.study.verdict import (
 )
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
+from tribopipe.evaluation.wear.problem import pin_depth_by_reading
 from tribopipe.physics.conventions import WearEngine
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
@@ -125,11 +126,12 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     Raises ``FitError`` where the run is missing something that the law needs.
     """
     run, friction = member.corrected.run, member.friction
-    fit = volume_fit(run, law, friction, recipe)
+    pin_depth = pin_depth_by_reading(member.corrected, recipe)
+    fit = volume_fit(run, law, friction, recipe, pin_depth)
     if fit is None:
         return None
     own = recipe.model_copy(update={"uncertainty": without_unseen_groove(recipe.uncertainty)})
-    exact = volume_fit(with_exact_dimensions(run), law, friction, own)
+    exact = volume_fit(with_exact_dimensions(run), law, friction, own, pin_depth)
     if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
         lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
         raise FitError(

@@ -260,7 +260,7 @@ def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Findi
         code="disc_not_measured",
         where="end_values",
         message=(
-            "found no post-test measurement of the disc; the uncertainty of k_D includes "
+            "found no measured wear depth of the disc; the uncertainty of k_D includes "
             f"{100 * relative:.2g} % for an unmeasured groove {100 * recipe.uncertainty.unseen_groove:.0f} % as deep "
             f"as the wear of the pin{beyond}"
         ),

@@ -19,12 +19,11 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, correlation, measurement_fit, volume_fit
 from tribopipe.evaluation.wear.prediction import fitted_curves
-from tribopipe.evaluation.wear.problem import end_by_reading
+from tribopipe.evaluation.wear.problem import pin_depth_by_reading
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
@@ -139,8 +138,7 @@ def _by_volume(
     run = corrected.run
     if run.manifest.contact is None or recipe.wear.engine not in (None, "volume"):
         return None
-    read = None if end_wear(run, recipe.uncertainty) else end_by_reading(corrected, recipe)
-    return volume_fit(run, model, friction, recipe, None if read is None else read.pin_depth)
+    return volume_fit(run, model, friction, recipe, pin_depth_by_reading(corrected, recipe))
 
 
 def _with_counterbody(fit: WearFit, volumes: VolumeFit) -> WearFit:

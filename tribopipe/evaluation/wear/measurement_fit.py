@@ -342,8 +342,6 @@ def _lost(run: RawRun, recipe: Recipe, pin_depth: Quantity | None) -> dict[str, 
     contact, found = run.manifest.sliding_pin, {}
     for role, ways in pin_on_disc_wear(run, recipe.uncertainty, pin_depth=pin_depth).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
-        if role == "pin" and pin_depth is not None:
-            continue
         placed = body in contact.fitted_bodies or run.manifest.path is not None
         if placed and best is not None and best.volume is not None and _is_known(best.volume):
             found[body] = best, scaled(best.volume, 1 / contact.contacts_of(role))

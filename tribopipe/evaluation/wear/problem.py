@@ -474,6 +474,14 @@ def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
     return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), groove, tip)
 
 
+def pin_depth_by_reading(corrected: CorrectedRun, recipe: Recipe) -> Quantity | None:
+    """Return the wear depth of a pin that was not measured after the test, m, as the depth reading has it."""
+    if corrected.run.manifest.pin is None or end_wear(corrected.run, recipe.uncertainty) is not None:
+        return None
+    read = end_by_reading(corrected, recipe)
+    return None if read is None else read.pin_depth
+
+
 def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
     """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
     beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
