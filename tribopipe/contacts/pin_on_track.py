@@ -38,7 +38,7 @@ _SAME = 1e-6
 _POINT = 1e-9
 """Length of a scar over the radius of its pin where rigid bodies touch in a line: none would make pressure infinite."""
 _MOST_PLACES = 200
-_TURNS, _SETTLED = 20, 1e-12
+_TURNS, _SETTLED = 20, 1e-9
 """In which a contact and the extension of its stroke, each of which follows from the other, are found."""
 _SHORT_STROKE, _SHALLOWER = 25.0, 0.5
 """Half widths of the track in a stroke, below which wear is shallower by up to this share of one over their number."""
