@@ -100,7 +100,7 @@ def _geometry_note(fit: Sequence[Member], predict: Sequence[Member]) -> tuple[st
         return ()
     return (
         f"{', '.join(others)}: predicted for another contact or geometry than that of {first.id}, with the same k_D: "
-        "the bands do not include what changes in addition to pressure, such as heat, debris or surface finish",
+        "the bands do not include effects other than pressure, such as heat, debris or surface finish",
     )
 
 
