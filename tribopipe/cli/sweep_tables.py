@@ -18,6 +18,7 @@ S = TypeVar("S", bound="Summary")
 _MOST_ROWS = 40
 _ENDS = ("interval_lower", "interval_upper")
 """Ends of the interval, which are shown in one cell."""
+_WORDS = {"end_wear_depth": "final wear depth"}
 _UNITS = {
     "wear_coefficient": WEAR_COEFFICIENT,
     "end_wear_depth": "um",
@@ -56,7 +57,7 @@ def _cells(ensemble: "Ensemble", case: "Case", row: "Row") -> dict[str, str]:
 
 def _plain(name: str) -> str:
     """Return the displayed name of a column: a key without its document, or words."""
-    return name.partition(".")[2] or name.replace("_", " ")
+    return name.partition(".")[2] or _WORDS.get(name, name.replace("_", " "))
 
 
 def _cell(head: "Head", cell: "Cell") -> str:
