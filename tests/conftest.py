@@ -1,20 +1,22 @@
 """What the tests share: a short virtual run, an archive of one, and the command run as a user runs it."""
 
 import functools
+import hashlib
 import os
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import blas  # noqa: F401, before all that loads numpy
 import pytest
 import typer.main
-from folders import DISC_IDS, FURTHER_IDS, SAMPLE_IDS, SAMPLES
+from folders import DISC_IDS, DISC_PAIR, FURTHER_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings
 from study_runs import fill, record_runs
 
+from tribopipe.archive import hdf5_guard
 from tribopipe.archive.catalog.database import FILE_NAME
 from tribopipe.archive.store import Archive
 from tribopipe.documents.manifest import RunManifest
@@ -40,15 +42,17 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put those that look at archived samples where a process begins, so that each makes one archive of the two."""
-    kinds: dict[str, list[pytest.Item]] = {"sample_archive": [], "disc_archive": [], "further_archive": [], "": []}
+    kinds: dict[str, list[pytest.Item]] = {
+        name: [] for name in ("sample_archive", "disc_pair", "disc_archive", "further_run", "further_archive", "")
+    }
     for item in items:
         asked = getattr(item, "callspec", None)  # fixtures named as parameters, which tests ask for themselves
         named = [value for value in asked.params.values() if isinstance(value, str)] if asked else []
         used = {*getattr(item, "fixturenames", ()), *named}
         kinds[next(kind for kind in kinds if kind in used or not kind)].append(item)
-    samples, discs, further, others = kinds.values()
+    samples, *further, others = kinds.values()
     half = max(0, len(items) // 2 - len(samples))
-    items[:] = [*samples, *others[:half], *discs, *further, *others[half:]]
+    items[:] = [*samples, *others[:half], *(item for kind in further for item in kind), *others[half:]]
 
 
 @pytest.fixture(scope="session")
@@ -122,6 +126,22 @@ def _not_waiting_for_the_disk() -> Iterator[None]:
     """Leave files to the operating system: they need not outlast a power failure."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.fsync", lambda descriptor: None)  # noqa: ARG005
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _each_content_looked_through_once() -> Iterator[None]:
+    """Look through files of the same bytes once, since tests copy archives; what is foreign is refused each time."""
+    look, known = hdf5_guard._Look.through, {}
+
+    def through(self: hdf5_guard._Look) -> hdf5_guard.Shapes:
+        content = hashlib.sha256(Path(self._file.filename).read_bytes()).digest()
+        if content not in known:
+            known[content] = look(self)
+        return known[content]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hdf5_guard._Look, "through", through)
         yield
 
 
@@ -205,6 +225,18 @@ def sample_archive(tmp_path_factory) -> Archive:
 def further_archive(tmp_path_factory) -> Archive:
     """A sample of each further contact taken through the whole line, with fewer draws; not to be written into."""
     return _taken_through(FURTHER_IDS, tmp_path_factory.mktemp("further-samples"))
+
+
+@pytest.fixture(scope="session")
+def further_run(tmp_path_factory) -> Callable[[str], Archive]:
+    """Take one sample of a further contact through the whole line the first time it is asked for."""
+    return functools.cache(lambda run_id: _taken_through([run_id], tmp_path_factory.mktemp("further-sample")))
+
+
+@pytest.fixture(scope="session")
+def disc_pair(tmp_path_factory) -> Archive:
+    """Two twin-disc samples taken through the whole line, with fewer draws; not to be written into."""
+    return _taken_through(DISC_PAIR, tmp_path_factory.mktemp("disc-pair"))
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,8 @@ SAMPLE_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "pin-on-disc"
 """Of the pin-on-disc runs."""
 DISC_IDS = [run_id for run_id, kind in _KINDS.items() if kind == "twin-disc"]
 """Of the twin-disc runs."""
+DISC_PAIR = ["si3n4-twin-disc-4pct-100k", "si3n4-twin-disc-10pct-1000k-a"]
+"""Of a short twin-disc run, and of one that is predicted from it."""
 FURTHER_IDS = [run_id for run_id in _KINDS if run_id not in {*SAMPLE_IDS, *DISC_IDS}]
 """Of one run of each further contact."""
 ALL_IDS = [*SAMPLE_IDS, *DISC_IDS, *FURTHER_IDS]

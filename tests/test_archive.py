@@ -10,10 +10,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from archived_files import edited, write_as_earlier
-from folders import DISC_IDS, SAMPLE_IDS
+from folders import DISC_IDS, DISC_PAIR, SAMPLE_IDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
+from sweeps import others_slow
 
 from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
@@ -216,18 +217,19 @@ def nxcheck(path: Path) -> tuple[int, int, str]:
     return int(warnings[1]), int(errors[1]), plain
 
 
-def others_slow(run_ids: list[str]) -> list:
-    """Leave all runs but the first to the slow tests."""
-    return [pytest.param(run_id, marks=[pytest.mark.slow] if place else []) for place, run_id in enumerate(run_ids)]
-
-
 @pytest.mark.parametrize("run_id", others_slow(SAMPLE_IDS))
 def test_archived_samples_conform_to_nexus(sample_archive, run_id):
     warnings, errors, printed = nxcheck(sample_archive.path(run_id))
     assert (warnings, errors) == (0, 0), printed
 
 
-@pytest.mark.parametrize("run_id", others_slow(DISC_IDS))
+def test_archived_twin_disc_sample_conforms_to_nexus(disc_pair):
+    warnings, errors, printed = nxcheck(disc_pair.path(DISC_PAIR[1]))
+    assert (warnings, errors) == (0, 0), printed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("run_id", DISC_IDS)
 def test_archived_twin_disc_samples_conform_to_nexus(disc_archive, run_id):
     warnings, errors, printed = nxcheck(disc_archive.path(run_id))
     assert (warnings, errors) == (0, 0), printed

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from archived_files import edited
 from browse_client import serving
-from folders import DISC_IDS
+from folders import DISC_PAIR
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
@@ -28,7 +28,7 @@ from tribopipe.views.plot import RATIO, Curve, Panel, Plot
 from tribopipe.views.run_plots import PIN_WEAR, WANDER, WANDER_NAME
 
 RUN = "si3n4-air-200mN"
-DISC_RUNS = DISC_IDS[:2]
+DISC_RUNS = DISC_PAIR
 columns = st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), min_size=1, max_size=200).map(np.array)
 
 
@@ -351,18 +351,18 @@ def test_no_more_is_kept_than_there_is_room_for():
 
 
 @pytest.fixture(scope="module")
-def samples(_processed, disc_archive, tmp_path_factory):
+def samples(_processed, disc_pair, tmp_path_factory):
     """One archive of two pins, which are the same, and two runs of discs."""
     folder = tmp_path_factory.mktemp("both") / "archive"
     shutil.copytree(_processed, folder)
     shutil.copy(folder / f"{RUN}.h5", folder / "again.h5")
     for run_id in DISC_RUNS:
-        shutil.copy(disc_archive.path(run_id), folder)
+        shutil.copy(disc_pair.path(run_id), folder)
     return Archive(folder)
 
 
-def test_two_discs_have_volumes_contact_and_marks(disc_archive):
-    run = RunFile(disc_archive, DISC_RUNS[0], Kept())
+def test_two_discs_have_volumes_contact_and_marks(disc_pair):
+    run = RunFile(disc_pair, DISC_RUNS[0], Kept())
     assert [offer.name for offer in run_plots(run)][:4] == ["wear", "contact", "depth", "friction"]
     curved, flat = answer(run, "wear")["panels"]
     assert curved["label"] == "crowned disc, wear volume / mm³"

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from archived_files import edited
 from hanging import ends_soon
+from sweeps import others_slow
 
 from tribopipe.archive import file_signature as stamps
 from tribopipe.archive.catalog.catalog import Catalogue
@@ -99,14 +100,16 @@ def test_cells_say_what_the_results_say(sample_archive):
         assert run.texts("material") == [run.text("pin_material")]
 
 
-def test_cells_of_two_discs_say_what_the_results_say(disc_archive):
-    discs = Catalogue(disc_archive.folder)
+@pytest.mark.parametrize("which", others_slow(["disc_pair", "disc_archive"]))
+def test_cells_of_two_discs_say_what_the_results_say(which, request):
+    archive = request.getfixturevalue(which)
+    discs = Catalogue(archive.folder)
     discs.refresh()
     for run in discs.runs():
-        fit = disc_archive.steps(run.id)["wear_fit_archard"].result
+        fit = archive.steps(run.id)["wear_fit_archard"].result
         assert isinstance(fit, WearFit)
         assert run.value("k_d_disc") == fit.bodies["flat_disc"].wear_coefficient.value
-        assert run.value("rotations") == disc_archive.raw(run.id).columns["rotations"][-1]
+        assert run.value("rotations") == archive.raw(run.id).columns["rotations"][-1]
 
 
 @pytest.mark.parametrize("law", ["two__stage", "late_"])

@@ -38,9 +38,19 @@ def one_by_one(tip, volume, area):
         return tip.worn(volume, area)
 
 
+@pytest.mark.parametrize(("log_volume", "log_area", "flat"), [(-5.0, -6.0, 0.0), (-3.0, -4.0, 0.02)])
+def test_two_sets_of_contacts_are_those_one_by_one(log_volume, log_area, flat):
+    check_one_by_one(log_volume, log_area, flat)
+
+
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(log_volume=st.floats(-9, -2), log_area=st.floats(-10, -2), flat=st.sampled_from([0.0, 0.02]))
 def test_many_contacts_are_those_one_by_one(log_volume, log_area, flat):
+    check_one_by_one(log_volume, log_area, flat)
+
+
+def check_one_by_one(log_volume, log_area, flat):
     """Whatever wears: draws at several places, one of them before wear has begun."""
     rng = np.random.default_rng(1)
     radius, by, ratio = (1 + u * rng.standard_normal((400, 1)) for u in (0.002, 0.05, 0.07))

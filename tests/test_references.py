@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 from folders import replace_in
+from sweeps import others_slow
 
 from tribopipe.archive.steps import WEAR_FITS
 from tribopipe.archive.store import Archive
@@ -28,7 +29,9 @@ def looked_for(archive, law):
 
 
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
-@pytest.mark.parametrize("tribometer", ["sample_archive", "disc_archive"])
+@pytest.mark.parametrize(
+    "tribometer", others_slow(["sample_archive", "disc_pair", "disc_archive"], "sample_archive", "disc_pair")
+)
 def test_it_is_the_lightest_of_all_comparable_runs(tribometer, law, request):
     archive = request.getfixturevalue(tribometer)
     known = References(archive, ["archard", "sarkar"])
@@ -51,6 +54,7 @@ def test_a_damaged_file_is_told_and_its_neighbour_is_processed(archive, sample_r
     assert store.result("si3n4-air-400mN", "wear_fit_archard", Record).outcome == "fitted"
 
 
+@pytest.mark.slow
 def test_a_run_without_friction_is_predicted_under_the_law_that_needs_none(short_runs, tmp_path, few_draws):  # noqa: ARG001 - few while it is there
     runs = [shutil.copytree(short_runs / name, tmp_path / name) for name in ("si3n4-air-200mN", "si3n4-air-400mN")]
     replace_in(runs[1] / "run.toml", r"(?m)^friction_force = .*\n", "")

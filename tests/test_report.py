@@ -327,8 +327,8 @@ def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):
     assert page.all("svg") == []
 
 
-def test_two_discs_have_their_own_items_and_equations(disc_archive):
-    page = Page(run_report(disc_archive, ["si3n4-twin-disc-4pct-100k"]))
+def test_two_discs_have_their_own_items_and_equations(disc_pair):
+    page = Page(run_report(disc_pair, ["si3n4-twin-disc-4pct-100k"]))
     assert_inert(page)
     assert_readable(page)
     assert "wear volume of the crowned disc" in page.text
@@ -427,6 +427,7 @@ def test_options_say_what_differs_from_the_defaults():
 # --- the command ---
 
 
+@pytest.mark.slow
 def test_command_writes_one_file_and_replaces_none_unless_told(run_cli, studied, tmp_path):
     name = f"{NO_END}.html"
     done = run_cli("report", NO_END, "--archive", studied.folder, cwd=tmp_path)

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from folders import FURTHER_IDS, SAMPLE_IDS, SAMPLES
+from sweeps import others_slow
 
 from tribopipe.documents.plan import Truth
 from tribopipe.documents.recipe import Recipe
@@ -65,21 +66,24 @@ def test_800_mn_ends_only_slightly_deeper_than_400_mn():
     assert 1.0 < ratio < 1.1
 
 
-@pytest.mark.parametrize("run_id", FURTHER_IDS)
-def test_k_d_of_both_bodies_comes_back_in_every_further_contact(further_archive, run_id):
-    truth, fit = truth_of(run_id), archived_fit(further_archive, run_id, "archard")
+@pytest.mark.parametrize("run_id", others_slow(FURTHER_IDS))
+def test_k_d_of_both_bodies_comes_back_in_every_further_contact(further_run, run_id):
+    truth, fit = truth_of(run_id), archived_fit(further_run(run_id), run_id, "archard")
     true = (truth.wear_coefficient, truth.disc_wear_coefficient)
     assert len(fit.bodies) == 2
     for known, body in zip(true, fit.bodies.values(), strict=True):
         low, high = (end.value for end in body.interval)
         assert low <= known.value <= high
         assert high < 1.4 * low
-    assert [one.code for one in further_archive.findings(run_id) if one.severity != "note"] == []
+    assert [one.code for one in further_run(run_id).findings(run_id) if one.severity != "note"] == []
 
 
-@pytest.mark.parametrize("run_id", FURTHER_IDS)
-def test_fitted_curve_of_every_further_contact_is_that_of_its_model(further_archive, run_id):
-    run, fit = archived_correction(further_archive, run_id).run, archived_fit(further_archive, run_id, "archard")
+@pytest.mark.parametrize("run_id", others_slow(FURTHER_IDS))
+def test_fitted_curve_of_every_further_contact_is_that_of_its_model(further_run, run_id):
+    run, fit = (
+        archived_correction(further_run(run_id), run_id).run,
+        archived_fit(further_run(run_id), run_id, "archard"),
+    )
     curve = fitted_curves(run, fit).bands["wear_depth"].best
     assert curve[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-4)
     some = np.linspace(1, len(curve) - 1, 12).astype(int)

@@ -138,20 +138,20 @@ def test_disc_takes_what_measures_it_before_what_follows_from_the_pin():
     assert found.measured[0].volume.value == pytest.approx(volume, rel=1e-9)
 
 
-def test_twin_discs_have_their_rates_too(disc_archive):
-    (run_id, *_) = disc_archive.ids()
-    found = disc_archive.needed_result(run_id, "specific_wear", SpecificWear)
-    volume = disc_archive.manifest(run_id).end_values.curved_disc_wear_volume.value
-    slid = float(np.nanmax(disc_archive.raw(run_id).sliding_distance))
+def test_twin_discs_have_their_rates_too(disc_pair):
+    (run_id, *_) = disc_pair.ids()
+    found = disc_pair.needed_result(run_id, "specific_wear", SpecificWear)
+    volume = disc_pair.manifest(run_id).end_values.curved_disc_wear_volume.value
+    slid = float(np.nanmax(disc_pair.raw(run_id).sliding_distance))
     assert set(found.bodies) == {"curved_disc", "flat_disc"}
     rate = found.curved_disc.specific_wear_rate.value
     assert rate == pytest.approx(volume / (found.normal_load.value * slid), rel=1e-9)
     assert found.total.value == pytest.approx(rate + found.flat_disc.specific_wear_rate.value)
 
 
-def test_slip_distance_is_as_uncertain_as_slip_and_rolling_radius(disc_archive):
-    (run_id, *_) = disc_archive.ids()
-    run = disc_archive.raw(run_id)
+def test_slip_distance_is_as_uncertain_as_slip_and_rolling_radius(disc_pair):
+    (run_id, *_) = disc_pair.ids()
+    run = disc_pair.raw(run_id)
     found = specific_wear(run)
     slip, radius = run.manifest.slip, run.manifest.twin_disc.curved_disc.rolling_radius
     share = math.hypot(*(one.standard_uncertainty / one.value for one in (slip, radius)))

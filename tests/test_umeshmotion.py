@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from folders import SAMPLES, replace_in
+from folders import DISC_PAIR, SAMPLES, replace_in
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.manifest import read_manifest
@@ -305,7 +306,7 @@ def test_pin_wears_as_the_contact_solver_has_it(tmp_path, friction):
 
 
 @needs_gfortran
-@pytest.mark.parametrize("attempts", ["converge", "are repeated"])
+@pytest.mark.parametrize("attempts", others_slow(["converge", "are repeated"], "converge"))
 @pytest.mark.parametrize("friction", [None, MU], ids=["archard", "sarkar"])
 def test_discs_wear_by_the_integral_along_streamlines(tmp_path, friction, attempts):
     """Elliptic pressure whose contact widens and shortens, as that of discs does while they wear.
@@ -433,13 +434,13 @@ def test_nothing_is_replaced_unless_told_to(run_cli, tmp_path):
     assert names_in(tmp_path) == FILES
 
 
-def test_k_d_of_discs_is_turned_into_that_of_eq_9(run_cli, disc_archive, tmp_path):
+def test_k_d_of_discs_is_turned_into_that_of_eq_9(run_cli, disc_pair, tmp_path):
     done = run_cli(
-        "export", "umeshmotion", DISCS, "--archive", disc_archive.folder, "--output", tmp_path / "out", "--json"
+        "export", "umeshmotion", DISC_PAIR[0], "--archive", disc_pair.folder, "--output", tmp_path / "out", "--json"
     )
     assert done.exit_code == 0
     told = json.loads(done.stdout)
-    fit = disc_archive.step(DISCS, "wear_fit_archard").result
+    fit = disc_pair.step(DISC_PAIR[0], "wear_fit_archard").result
     (same,) = [one for one in fit.equivalents if one.distance_per_rotation == "volume-conserving"]
     assert told["wear_coefficient"]["value"] == same.bodies["curved_disc"].value
     own = fit.bodies["curved_disc"].wear_coefficient

@@ -41,10 +41,10 @@ def test_nexusformat_plots_the_wear_curve(sample_archive, expected):
     np.testing.assert_allclose(shown.nxsignal.nxdata, expected, rtol=1e-12)
 
 
-def test_both_open_two_discs_on_theirs(disc_archive):
+def test_both_open_two_discs_on_theirs(disc_pair):
     from nexusformat.nexus import nxload
 
-    path = disc_archive.path(disc_archive.ids()[0])
+    path = disc_pair.path(disc_pair.ids()[0])
     with silx.io.open(str(path)) as file:
         shown = nxdata.get_default(file)
         assert shown.is_valid
