@@ -7,6 +7,7 @@ import pytest
 from archived_files import edited
 from folders import edit_rows, replace_in, set_key, tree_bytes
 from hanging import ends_soon
+from sweeps import others_slow
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -246,7 +247,7 @@ SPOILED = {
 }
 
 
-@pytest.mark.parametrize("command", ["ingest", "process"])
+@pytest.mark.parametrize("command", others_slow(["ingest", "process"], "process"))
 @pytest.mark.parametrize("case", SPOILED)
 def test_spoiled_run_is_refused_in_one_sentence(run_cli, sample_run, archive, case, command):
     spoil, words = SPOILED[case]
@@ -283,7 +284,9 @@ def test_million_columns_are_refused_at_once(run_cli, sample_run, archive):
     assert tree_bytes(archive) == before
 
 
-@pytest.mark.parametrize("command", [["ingest"], ["process", "--no-figures"]], ids=lambda command: command[0])
+@pytest.mark.parametrize(
+    "command", others_slow([["ingest"], ["process", "--no-figures"]]), ids=lambda command: command[0]
+)
 @pytest.mark.parametrize("name", ["bad-run", "si3n4-air-200mN"])
 def test_batch_keeps_what_is_sound_and_names_what_is_not(run_cli, sample_run, other_run, tmp_path, command, name):
     bad = sample_run.rename(tmp_path / name)  # which may be the id of the other one

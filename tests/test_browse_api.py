@@ -156,6 +156,7 @@ def test_columns_can_be_saved(reader):
     assert "weather" in refused.error
 
 
+@pytest.mark.slow
 def test_a_report_is_a_page_of_its_own(reader):
     answer = reader.get("api", "runs", RUN, "report")
     assert answer.headers["content-type"].startswith("text/html")

@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 from conftest import SAMPLES
+from sweeps import others_slow
 
 from tribopipe.base.errors import CheckError
 from tribopipe.documents.manifest import RunManifest
@@ -880,7 +881,7 @@ def test_check_finds(sound, name):
     assert all("found" in finding.message and "expected" in finding.message for finding in findings)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", others_slow(CASES, first=20))
 def test_check_leaves_alone(sound, name):
     *_, nearly = CASES[name]
     assert found_by(name, nearly(sound)) == []

@@ -607,6 +607,7 @@ def test_left_out_channels_stay_out_of_what_comes_back(bare_run, tmp_path):
     assert "normal_force" in archive.raw("bare").columns
 
 
+@pytest.mark.slow
 def test_curves_are_drawn_against_the_cleaned_axis(bare_run, tmp_path):
     columns = TRUTH | {"sliding_distance": TRUTH["sliding_distance"] + 700}
     archive = Archive(tmp_path)
@@ -628,6 +629,7 @@ def test_steps_stand_on_what_clean_up_found_and_not_on_its_options(archive):
     assert results(store, "si3n4-air-200mN") == before
 
 
+@pytest.mark.slow
 def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     folder, truth = spoilt_run
     recipe = tmp_path / "recipe.toml"

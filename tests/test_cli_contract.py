@@ -300,6 +300,7 @@ def test_fit_tells_what_was_promised(run_cli, archive):
     assert_quantity(run["end_wear_depth"], "m")
 
 
+@pytest.mark.slow
 def test_fit_without_an_exponential_says_so(run_cli, sample_run, archive):
     run_cli("ingest", sample_run, "--archive", archive)
     result = run_cli("fit", "si3n4-air-400mN", "--archive", archive, "--json")
@@ -370,6 +371,7 @@ def content_of(found: h5py.Group | h5py.Dataset) -> tuple[dict[str, str], str]:
     return {key: repr(np.asarray(attribute).tolist()) for key, attribute in found.attrs.items()}, value
 
 
+@pytest.mark.slow
 def test_second_process_does_nothing_and_says_so(run_cli, sample_run, archive):
     first = run_cli("process", sample_run, "--archive", archive, "--no-figures")
     assert "9 steps done, 0 unchanged" in first.stderr
@@ -389,6 +391,7 @@ def test_force_redoes_every_step_with_the_same_result(run_cli, sample_run, archi
     assert science(archive) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [["ingest", "sample-run"], ["correct-drift"], ["fit"], ["fit", "--model", "sarkar"]]
 )
@@ -480,6 +483,7 @@ def test_installed_command_tells_its_version():
     assert (told.returncode, told.stdout, told.stderr) == (0, f"tribopipe {__version__}\n", "")
 
 
+@pytest.mark.slow
 def test_module_refuses_without_a_traceback(tmp_path):
     told = installed(sys.executable, "-m", "tribopipe", "ingest", "nowhere", cwd=tmp_path)
     assert (told.returncode, told.stdout) == (1, "")
@@ -487,6 +491,7 @@ def test_module_refuses_without_a_traceback(tmp_path):
     assert len(told.stderr.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_console_without_greek_letters_shows_substitutes(archive):
     environment = os.environ | {"PYTHONIOENCODING": "ascii"}
     told = installed(

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.evaluation.checks.registry import check_run
@@ -53,7 +54,9 @@ MORE = "[signals.columns]\ntime = 'Time [s]'\nfriction_force = 'Ff [mN]'\nnormal
 
 
 @pytest.mark.parametrize("more", ["", MORE], ids=["by name", "declared"])
-@pytest.mark.parametrize("token", ["OVL", "-", "---", "...", "*****", "#ERR", "1.#INF", "n/a"])
+@pytest.mark.parametrize(
+    "token", others_slow(["OVL", "-", "---", "...", "*****", "#ERR", "1.#INF", "n/a"], "OVL", "1.#INF")
+)
 def test_a_placeholder_is_a_missing_sample_that_is_named(tmp_path, token, more):
     run = read_run(made(tmp_path, spoiled(1234, 2, token), more=more))
     assert np.flatnonzero(np.isnan(run.columns["friction_force"])).tolist() == [1234]

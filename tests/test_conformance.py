@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from reader_examples import EXAMPLES, GENERIC
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers import conformance
@@ -29,7 +30,7 @@ def others_than(name: str) -> list[Example]:
     return [example for other, examples in EXAMPLES.items() if other != name for example in examples]
 
 
-@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("name", others_slow(FORMATS, first=6))
 def test_reader_keeps_the_rules(name):
     check_reader(readers()[name], EXAMPLES[name], others=others_than(name), generic=name in GENERIC, quick=True)
 

@@ -315,6 +315,7 @@ def branches() -> list[str]:
     return sorted(set(found))
 
 
+@pytest.mark.slow
 def test_fewer_lines_than_ever_ask_which_kind_of_contact_there_is():
     found = branches()
     assert len(found) <= MOST_BRANCHES, "\n".join(["ask the contact what you need to know", *found])

@@ -17,6 +17,7 @@ from built_files import archived
 from end_value_runs import measured
 from folders import DISC_IDS, ROOT, SAMPLE_IDS, SAMPLES
 from lxml import etree
+from sweeps import others_slow
 
 from tribopipe.archive.definitions.entries import run_definition
 from tribopipe.archive.definitions.nxdl import definitions, nxdl_text
@@ -280,7 +281,7 @@ def spoiled(change: Callable[[h5py.File], None], whole: Path, folder: Path) -> P
     return path
 
 
-@pytest.mark.parametrize("change", FOUND_BY_US, ids=lambda change: change.__name__)
+@pytest.mark.parametrize("change", others_slow(FOUND_BY_US, first=3), ids=lambda change: change.__name__)
 def test_breach_of_the_definition_is_found_by_verify(archive, tmp_path, change):
     assert breaches(spoiled(change, archive / f"{PIN}.h5", tmp_path)) != []
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, multivariate_normal, norm
+from sweeps import others_slow
 from test_identify import CASES, record
 
 from tribopipe.documents.manifest import EndValues
@@ -210,6 +211,7 @@ def test_quantiles_of_the_drift_are_those_of_draws_from_all_ways(beside):
     np.testing.assert_allclose(found, np.quantile(drawn, [0.025, 0.5, 0.975]), atol=0.02 * np.std(drawn))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [10e-9, 0.2e-6])
 def test_drift_is_off_by_what_its_uncertainty_says_where_the_scale_is_off(spread):
     """The scale takes 100 nm of 20 µm, ten times what an exact measurement of the end may be off by."""
@@ -297,7 +299,9 @@ def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
     assert abs(fit.first.wear_coefficient.value - truth) < 3.5 * fit.first.wear_coefficient.standard_uncertainty
 
 
-@pytest.mark.parametrize(("drift", "codes"), [(0.0, set()), (-0.2e-6, set()), (2e-6, {"depends_on_drift_prior"})])
+@pytest.mark.parametrize(
+    ("drift", "codes"), others_slow([(0.0, set()), (2e-6, {"depends_on_drift_prior"}), (-0.2e-6, set())], first=2)
+)
 def test_k_d_by_the_sensor_alone_says_whether_it_depends_on_the_prior_of_the_drift(drift, codes):
     raw = record(*CASES["si3n4-air-200mN"])
     ramp = drift * raw.columns["time"] / raw.columns["time"][-1]

@@ -51,6 +51,7 @@ def home(_processed_discs, tmp_path):
 # --- from nothing to a prediction ---
 
 
+@pytest.mark.slow
 def test_commands_lead_from_a_folder_of_discs_to_a_prediction(run_cli, tmp_path):
     for command, words in (
         (("check", SAMPLES / RUN), ()),
@@ -190,6 +191,7 @@ def test_predict_on_another_crown(run_cli):
     )
 
 
+@pytest.mark.slow
 def test_another_speed_changes_the_time_only(run_cli):
     command = ["predict", "--run", SAMPLES / RUN, *GIVEN, "--at", "1e6", "--json"]
     one, other = (document_of(run_cli(*command, *more))["prediction"][0] for more in ((), ("--speed", "400 mm/s")))
@@ -240,6 +242,7 @@ def test_sarkar_takes_friction_from_the_command_line_or_the_signals(run_cli):
     assert stated["bodies"]["curved_disc"]["wear_volume"]["value"] > float(worn(250_000).curved_volume) * 1.2
 
 
+@pytest.mark.slow
 def test_predict_from_one_run_onto_another(run_cli, home):
     before = tree_bytes(home)
     result = run_cli("predict", "--from", RUN, "--onto", FAST, cwd=home)
@@ -280,6 +283,7 @@ def test_process_takes_all_disc_samples_through_the_line_once(run_cli, tmp_path)
         assert (warnings, errors) == (0, 0), printed
 
 
+@pytest.mark.slow
 def test_processed_run_conforms_to_nexus(home):
     for run_id in (RUN, FAST):
         warnings, errors, printed = nxcheck(Archive(home / "archive").path(run_id))
@@ -319,6 +323,7 @@ def test_fit_drawn_another_way_is_another_fit(run_cli, home):
     assert run["bodies"]["curved_disc"]["monte_carlo"] is None
 
 
+@pytest.mark.slow
 def test_marked_run_is_no_reference(run_cli, home):
     assert run_cli("mark-bad", RUN, "--reason", "slipped", cwd=home).exit_code == 0
     (run,) = document_of(run_cli("predict", "--json", "--force", cwd=home))["runs"]

@@ -25,6 +25,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.stats import binom, chi2
+from sweeps import others_slow
 
 from tribopipe.base.errors import FitError, TribopipeError
 from tribopipe.contacts.twin_disc import nominal_pair
@@ -62,7 +63,7 @@ def volume(value: float, spread: float | None) -> EndValue:
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize("stops", ["none", pytest.param("two", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("mixture", MIXTURES)
+@pytest.mark.parametrize("mixture", others_slow(MIXTURES, first=3))
 def test_both_coefficients_come_back_exactly(mixture, stops, convention):
     run = exact_run(MIXTURES[mixture], STOPS[stops], convention=convention)
     fit = fit_discs(run, recipe=recipe(convention))
@@ -99,6 +100,7 @@ def test_one_sided_wear_is_fitted_where_nothing_was_measured_on_the_flat_disc(wh
     assert fit.p_value is None
 
 
+@pytest.mark.slow
 @settings(max_examples=8)
 @given(
     st.sampled_from(CONVENTIONS),
@@ -155,6 +157,7 @@ def test_budget_holds_where_the_elastic_contact_is_most_of_the_track():
     assert_budget(exact_run(MIXTURES["all"], first=0.02 * K_1, second=0.02 * K_2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mixture", ["volumes"])
 def test_budget_holds_where_wear_changes_the_slip(mixture):
     """Crowned disc 0.1 mm deep, slip from 4 % to 5.3 %."""
@@ -274,7 +277,7 @@ def test_intervals_hold_the_truth_in_95_percent_of_many_runs(monkeypatch):
 # --- what is said beside ---
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", others_slow(CONVENTIONS))
 def test_equivalents_reach_the_same_volumes(convention):
     run = exact_run(MIXTURES["volumes"], convention=convention)
     fit = fit_discs(run, recipe=recipe(convention))

@@ -22,6 +22,7 @@ from disc_runs import (
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.contacts.twin_disc import disc_pair
@@ -89,6 +90,7 @@ def test_prediction_under_sarkar_turns_by_his_distance():
     assert point.sliding_distance.value == pytest.approx(3e5 * per_turn, rel=0.01)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.sampled_from(CONVENTIONS), st.floats(-7.5, -4.5), st.booleans())
 def test_depths_are_reached_where_they_are_predicted(convention, log_depth, sarkar):
@@ -138,7 +140,7 @@ def drawn(one: Scenario, count: int) -> dict[str, np.ndarray]:
     return values
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", others_slow(CONVENTIONS, first=1))
 @pytest.mark.parametrize("correlation", [-0.6, 0.9])
 def test_uncertainty_is_that_of_draws(convention, correlation):
     one = scenario(convention, correlation=correlation)
@@ -193,7 +195,7 @@ def test_own_end_values_come_back_from_a_fit():
 # --- the paper's steps ---
 
 
-@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("convention", others_slow(CONVENTIONS, first=1))
 def test_published_steps_close_in_on_the_exact_scheme(convention):
     errors = []
     for steps in (500, 5_000):

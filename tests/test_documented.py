@@ -179,6 +179,7 @@ def test_what_is_not_run_is_little():
     assert {page: count for page, count in counts.items() if count} == NOT_RUN
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_within_sentences_exist(page):
     wrong = [span for span in code_spans(page) if span.startswith("tribopipe ") and not is_command(span)]

@@ -28,6 +28,7 @@ from folders import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from sweeps import others_slow
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.manifest import Conditions, EndValues, Interruption, RunManifest
@@ -147,7 +148,7 @@ def grooved(shape, half, pin_depth, x):
 
 
 @pytest.mark.parametrize("pin_depth", [0.0, 4e-6])
-@pytest.mark.parametrize("path", [CIRCLE, STROKE])
+@pytest.mark.parametrize("path", others_slow([CIRCLE, STROKE]))
 def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_depth):
     half = 0.12e-3
     flat = float(scar_radius_at(depth=pin_depth, sphere_radius=RADIUS))

@@ -13,6 +13,7 @@ import pytest
 from folders import FURTHER_IDS, SAMPLE_IDS
 from matplotlib import rc_context
 from PIL import Image
+from sweeps import others_slow
 
 from tribopipe.archive.store import Archive
 from tribopipe.documents.preprocessing import AUTOMATIC, Change, CleanUp, Invert
@@ -35,7 +36,7 @@ from tribopipe.views.run_page import results_table
 from tribopipe.views.run_plots import WANDER_NAME, depth_panels
 
 
-@pytest.mark.parametrize("run_id", ["si3n4-air-800mN", "wc-co-water-400mN"])
+@pytest.mark.parametrize("run_id", others_slow(["si3n4-air-800mN", "wc-co-water-400mN"], "si3n4-air-800mN"))
 def test_every_archived_run_gets_its_three_figures(sample_archive, run_id):
     written = save_run_figures(sample_archive, run_id)
     assert [path.name for path in written] == [f"{run_id}-{what}.png" for what in ("depth", "friction", "wear")]
@@ -179,6 +180,7 @@ def test_clean_up_figure_has_at_most_six_panels(sample_archive):
     assert figure.axes[1].get_title(loc="left").endswith(" …")
 
 
+@pytest.mark.slow
 def test_clean_up_figure_is_saved_where_something_was_changed_and_goes_with_it(sample_archive, tmp_path):
     archive, raw = Archive(tmp_path), spoilt(sample_archive.raw(SAMPLE_IDS[0]))
     archive.add(raw)
@@ -197,6 +199,7 @@ def test_same_figure_gives_the_same_bytes(sample_archive, tmp_path):
     assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["there.png", "there.svg"])
 def test_settings_of_a_matplotlibrc_have_no_effect(sample_archive, tmp_path, name):
     """TeX need not be installed, and a template of slides is not what a report is drawn in."""
@@ -278,6 +281,7 @@ def printed(sample_archive, tmp_path_factory) -> Path:
     return folder / "figures"
 
 
+@pytest.mark.slow
 def test_figures_for_print_have_their_captions_as_text(printed):
     names = {path.name.removeprefix(f"{SAMPLE_IDS[0]}-") for path in printed.iterdir()}
     assert names == {
@@ -288,6 +292,7 @@ def test_figures_for_print_have_their_captions_as_text(printed):
         assert text == f"{RUN_CAPTIONS[what]}\n"
 
 
+@pytest.mark.slow
 def test_png_for_print_has_600_dots_per_inch(printed):
     for path in printed.glob("*.png"):
         with Image.open(path) as picture:
@@ -297,6 +302,7 @@ def test_png_for_print_has_600_dots_per_inch(printed):
         assert b"/Type3" not in path.read_bytes()
 
 
+@pytest.mark.slow
 def test_what_is_missing_of_the_formats_named_is_seen(printed):
     store = Archive(printed.parent)
     assert run_is_drawn(store, SAMPLE_IDS[0], ["pdf", "svg"])
@@ -311,9 +317,9 @@ def test_an_unknown_format_is_wrong_usage(run_cli, tmp_path):
     assert "gif" in asked.stderr
 
 
-@pytest.mark.parametrize("run_id", FURTHER_IDS)
-def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the_approach(further_archive, run_id):
-    corrected = archived_correction(further_archive, run_id)
+@pytest.mark.parametrize("run_id", others_slow(FURTHER_IDS))
+def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the_approach(further_run, run_id):
+    corrected = archived_correction(further_run(run_id), run_id)
     time = corrected.run.columns["time"]
     (panel,) = depth_panels(time, corrected)
     drift = next(curve for curve in panel.curves if curve.role == "drift")
@@ -323,8 +329,9 @@ def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the
     assert np.ptp(drift.y - slope * time) < 0.2e-6
 
 
-def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_archive):
-    table = results_table(further_archive.outline("al2o3-reciprocating-5N"))
+def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_run):
+    archive = further_run("al2o3-reciprocating-5N")
+    table = results_table(archive.outline("al2o3-reciprocating-5N"))
     assert table.columns == ("quantity", "ball", "flat")
     named = {row[0]: row[1:] for row in table.rows}
     assert named["scar diameter"] == ("0.5801 ± 0.0014 mm", "–")
@@ -333,7 +340,7 @@ def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_archiv
         *("k_D (Archard's law)", "95 % CI", "k_D (Sarkar's law)"),
     ]
     assert all("mm³/(N·mm)" in cell for cell in named["k_D (Archard's law)"])
-    html = run_report(further_archive, ["al2o3-reciprocating-5N"])
+    html = run_report(archive, ["al2o3-reciprocating-5N"])
     summary = html[html.index('<section id="summary">') : html.index('<section class="run"')]
     assert summary.count("<table") == 1
     assert named["wear volume"][0] in summary

@@ -17,6 +17,7 @@ from fe_bodies import (
     discs,
     sphere,
 )
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError
 from tribopipe.physics.local.course import wear
@@ -195,7 +196,7 @@ def test_a_mesh_turned_inside_out_is_refused():
         SMALL_PIN.refreshed(spike)
 
 
-@pytest.mark.parametrize("surface", [SMALL_PIN, FEW_CELLS], ids=["pin", "disc"])
+@pytest.mark.parametrize("surface", others_slow([SMALL_PIN, FEW_CELLS]), ids=["pin", "disc"])
 def test_a_contact_beyond_the_nodes_is_refused(surface):
     with pytest.raises(ContactError, match="reaches the last contact node"):
         surface.press(np.zeros_like(surface.gap), amount=1e-10)

@@ -57,6 +57,7 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     assert "from the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_wear_curve_on_every_surface_says_what_k_d_is_by(contradicted, tmp_path):
     archive = Archive(tmp_path / "found")
     list(process([contradicted], archive))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from disc_runs import fit_discs
 from folders import SAMPLES
+from sweeps import others_slow
 from test_identify import CASES, quiet, record
 from test_verdict import SLOW, member_of, study
 from test_verdict import edited as with_manifest
@@ -64,7 +65,8 @@ def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, 
 
 
 @pytest.mark.parametrize(
-    ("run_id", "least", "most"), [(LIGHT, 0.10, 0.20), (HEAVY, 0.14, 0.24), (NITRIDE, -0.01, 0.01)]
+    ("run_id", "least", "most"),
+    others_slow([(LIGHT, 0.10, 0.20), (HEAVY, 0.14, 0.24), (NITRIDE, -0.01, 0.01)], (LIGHT, 0.10, 0.20)),
 )
 def test_giwm_finds_too_much_where_wear_is_shallow(locally_worn, run_id, least, most):
     series, run = CASES[run_id]

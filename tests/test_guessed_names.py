@@ -16,6 +16,7 @@ import numpy as np
 import pandas
 import pytest
 from folders import SAMPLES
+from sweeps import others_slow
 
 import tribopipe as tp
 from tribopipe.base.errors import FitError, OutputError, UnitError
@@ -119,7 +120,9 @@ def test_at_least_34_of_40_work():
     assert 40 - len(REFUSED) == 37
 
 
-@pytest.mark.parametrize("expression", [one for one in (*FROM_HABIT, *BY_NAME) if one not in REFUSED])
+@pytest.mark.parametrize(
+    "expression", others_slow([one for one in (*FROM_HABIT, *BY_NAME) if one not in REFUSED], first=10)
+)
 def test_expression_works(expression, known):
     if expression in NEEDS:
         pytest.importorskip(NEEDS[expression])
@@ -369,6 +372,7 @@ def archard(s):
     return np.ones_like(s)
 
 
+@pytest.mark.slow
 def test_function_finds_its_parameter_of_a_run_with_a_known_law():
     fit = tp.fit_wear(tp.read_run(SAMPLES / "si3n4-air-200mN"), my_function)  # simulated by Archard's law
     assert abs(fit.params["power"].value - 1) < 3 * fit.params["power"].u < 0.05

@@ -18,6 +18,7 @@ import pytest
 from archived_files import edited
 from folders import tree_bytes
 from killed import Killed, dying_at
+from sweeps import others_slow
 from test_archive import run_with
 
 import tribopipe.pipeline.verify.history as verifying
@@ -155,7 +156,7 @@ def attacked(run_cli, folder: Path, name: str, attack: Attack, another: Path, *,
         for place, attack in enumerate(ATTACKS)
     ],
 )
-@pytest.mark.parametrize("catalogue", [True, False])
+@pytest.mark.parametrize("catalogue", others_slow([True, False], True))
 def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, attack, catalogue):
     elsewhere = Path(shutil.copytree(folder, tmp_path / "elsewhere"))
     rewrite(elsewhere, name, "of another")
@@ -252,7 +253,7 @@ def test_a_run_that_is_gone_is_reported_until_somebody_accepts_that(run_cli, fol
     assert run_cli("verify", folder).exit_code == 0
 
 
-@pytest.mark.parametrize("wanted", [STUDY, f"studies/{STUDY}", f"studies/{STUDY}.h5"])
+@pytest.mark.parametrize("wanted", others_slow([STUDY, f"studies/{STUDY}", f"studies/{STUDY}.h5"]))
 def test_an_older_study_is_accepted(run_cli, folder, tmp_path, wanted):
     older = shutil.copy(folder / FILES[2], tmp_path)
     rewrite(folder, FILES[2], "second")
@@ -420,7 +421,9 @@ def test_what_is_accepted_of_a_history_is_that_and_no_more(run_cli, folder):
 
 @pytest.mark.parametrize(
     "content",
-    [b"x" * 200_000, b"\xff\xfe\n" * 9, b"[" * 60_000 + b"\n", b'{"event":"done","date":"","file":"../a.h5"}\n'],
+    others_slow(
+        [b"x" * 200_000, b"\xff\xfe\n" * 9, b"[" * 60_000 + b"\n", b'{"event":"done","date":"","file":"../a.h5"}\n'],
+    ),
 )
 def test_a_hostile_history_is_told_in_a_sentence(run_cli, folder, content):
     (folder / FILE_NAME).write_bytes(content)
@@ -503,12 +506,10 @@ MOMENTS = [(history, "_added"), (history, "_keep_head"), (Path, "mkdir")]
 
 @pytest.mark.parametrize(
     "change",
-    [
+    others_slow(
+        [change_run, add_run, take_out, change_study, take_in, put_back],
         change_run,
-        add_run,
-        take_out,
-        *(pytest.param(one, marks=pytest.mark.slow) for one in (change_study, take_in, put_back)),
-    ],
+    ),
 )
 def test_wherever_a_writer_is_killed_there_is_no_alarm(folder, bare_run, tmp_path, change):
     if change in (take_in, put_back):
@@ -595,8 +596,9 @@ def test_without_room_for_a_line_nothing_is_written(folder, monkeypatch):
     assert tree_bytes(folder) == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows forks no processes")
-@pytest.mark.parametrize("times", [4, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [4, 60])
 def test_writers_killed_at_any_moment_raise_no_alarm(folder, tmp_path, times):
     from forks import forked
     from forks import killed as ended_by_that

@@ -303,6 +303,7 @@ def test_a_thousand_columns_of_one_name():
     assert [column.name for column in table.columns][::333] == ["a", "a (334)", "a (667)", "a (1000)"]
 
 
+@pytest.mark.slow
 def test_a_row_of_a_hundred_thousand_fields(sample_run, refusal):
     (example,) = EXAMPLES["anton-paar"]
     first = example.content.index(b"Time [s]\t")

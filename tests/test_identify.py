@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sweeps import others_slow
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.manifest import EndValues, RunManifest
@@ -72,7 +73,7 @@ def quiet() -> dict:
     }
 
 
-@pytest.mark.parametrize("run_id", CASES)
+@pytest.mark.parametrize("run_id", others_slow(CASES, first=3))
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_true_coefficient_comes_back_without_noise(run_id, law):
     series, run = CASES[run_id]

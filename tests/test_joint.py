@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_fit import JointFit, fit_joint
 from scipy.optimize import minimize_scalar
+from sweeps import others_slow
 from test_identify import CASES, quiet, record
 
 from tribopipe.base.errors import FitError
@@ -150,7 +151,7 @@ def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     assert alike(joint.drift_rate.value, corrected.correction.two_step_rate.value, 0.01)
 
 
-@pytest.mark.parametrize("run_id", CASES)
+@pytest.mark.parametrize("run_id", others_slow(CASES, first=2))
 def test_wrong_end_value_spoils_the_joint_fit_less(run_id):
     truth, raw = virtual(run_id)
     corrected = correct_drift(with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1] + 1e-6, 1e-6)))
@@ -191,7 +192,9 @@ def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run
 
 
 @pytest.mark.parametrize("spread", [25e-9, 250e-9])
-@pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN", "wc-co-water-800mN"])
+@pytest.mark.parametrize(
+    "run_id", others_slow(["si3n4-air-200mN", "wc-co-water-400mN", "wc-co-water-800mN"], "si3n4-air-200mN")
+)
 def test_each_interruption_makes_the_coefficient_more_certain(run_id, spread):
     truth, raw = virtual(run_id)
     raw = with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], spread))
@@ -208,7 +211,9 @@ def test_each_interruption_makes_the_coefficient_more_certain(run_id, spread):
         assert abs(coefficient_error(fit.wear_coefficient, truth)) < 2.5 * relative(fit.wear_coefficient)
 
 
-@pytest.mark.parametrize(("factor", "codes"), [(1.0, []), (1.2, ["wear_rate_changes"]), (0.8, ["wear_rate_changes"])])
+@pytest.mark.parametrize(
+    ("factor", "codes"), others_slow([(1.0, []), (1.2, ["wear_rate_changes"]), (0.8, ["wear_rate_changes"])], first=2)
+)
 def test_interruption_that_contradicts_the_end_leaves_k_d_to_the_measurement_at_the_end(factor, codes):
     truth, raw = virtual("si3n4-air-400mN")
     raw = with_end(raw, pin_wear_depth=metres(truth.worn.pin_depth[-1], 100e-9))
@@ -319,7 +324,7 @@ def test_fitted_end_depth_is_that_at_the_end_of_the_run(run_id):
     assert alike(fit.first.fitted_end_depth.value, truth.worn.pin_depth[-1], 2e-3)
 
 
-@pytest.mark.parametrize("run_id", SILICON_NITRIDE)
+@pytest.mark.parametrize("run_id", others_slow(SILICON_NITRIDE))
 def test_depth_of_the_wrong_sign_is_not_trusted(run_id):
     _, raw = virtual(run_id)
     fit = fit_wear(correct_drift(with_depth(raw, -raw.columns["depth"])), recipe=MODEL)
@@ -330,7 +335,7 @@ def test_depth_of_the_wrong_sign_is_not_trusted(run_id):
 # --- Monte Carlo ---
 
 
-@pytest.mark.parametrize("law", ["archard", "sarkar"])
+@pytest.mark.parametrize("law", others_slow(["archard", "sarkar"], "archard"))
 @pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(correction, law):
     _, raw = virtual("si3n4-air-400mN")
@@ -476,7 +481,7 @@ def test_friction_is_drawn_with_its_covariance():
 # --- fewer rows, the same answer ---
 
 
-@pytest.mark.parametrize("run_id", CASES)
+@pytest.mark.parametrize("run_id", others_slow(CASES, first=2))
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_pooled_samples_give_the_coefficient_of_all_of_them(run_id, law):
     problem, _ = problems(record(*CASES[run_id]), law)

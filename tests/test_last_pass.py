@@ -97,6 +97,7 @@ def test_any_change_has_the_next_pass_look_again(lab, change):
     assert last_pass.steps_unchanged(lab / "archive", last_pass.state_before(*asked, figures=["screen"])) is None
 
 
+@pytest.mark.slow
 def test_who_asks_for_more_gets_it(process, monkeypatch):
     process()
     monkeypatch.setattr("tribopipe.views.figure_updates.figure_steps", lambda *_: [])
@@ -104,6 +105,7 @@ def test_who_asks_for_more_gets_it(process, monkeypatch):
         assert process(word)[1], word
 
 
+@pytest.mark.slow
 def test_the_program_itself_is_looked_at(process, monkeypatch):
     process()
     monkeypatch.setattr(last_pass, "_program", lambda: iter([("tribopipe/laws.py", None)]))
@@ -121,6 +123,7 @@ def test_folders_of_packages_need_not_be_there(monkeypatch, tmp_path):
     assert len({name for name, _ in last_pass._program()}) > 200
 
 
+@pytest.mark.slow
 def test_a_file_that_was_changed_just_now_is_read_each_time(lab, process, monkeypatch):
     monkeypatch.setattr(last_pass.time, "time_ns", lambda: (lab / "runs" / LIGHT / "run.toml").stat().st_ctime_ns)
     process()
@@ -165,6 +168,7 @@ def test_so_many_passes_are_kept(lab):
     assert len(json.loads((lab / "archive" / last_pass.FILE_NAME).read_text())) == 20
 
 
+@pytest.mark.slow
 def test_verify_knows_what_is_kept(lab, process, run_cli):
     process()
     verified = run_cli("verify")

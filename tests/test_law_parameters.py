@@ -110,6 +110,7 @@ def off(regime: Regime, seeds: range) -> Column:
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_parameter_is_as_uncertain_as_drift_and_end_value_leave_it():
     apart = off(replace(REGIMES["Si3N4"], distance=50.0), range(2))
     assert np.all(np.abs(apart) < 3)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from sweeps import others_slow
 
 HEAVY = {"numpy", "pandas", "scipy", "h5py", "matplotlib", "pydantic", "pint"}
 
@@ -22,7 +23,7 @@ def test_nothing_heavy_is_imported_by(code):
     assert heavy_modules_after(code) == set()
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["process", "--help"], ["--version"]], ids=" ".join)
+@pytest.mark.parametrize("arguments", others_slow([["--help"], ["process", "--help"], ["--version"]]), ids=" ".join)
 def test_help_needs_nothing_heavy(arguments):
     run = f"from tribopipe.cli.app import app; app({arguments}, standalone_mode=False)"
     assert heavy_modules_after(run) <= {"pydantic"}  # which typer itself may import

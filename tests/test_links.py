@@ -68,6 +68,7 @@ def headings(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in written}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(REPOSITORY).as_posix())
 def test_links_lead_somewhere(page):
     for link in links(page):
@@ -81,6 +82,7 @@ def test_links_lead_somewhere(page):
             assert heading in headings(target), f"{page.name} links to {link}, where no such heading is"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(REPOSITORY).as_posix())
 def test_links_to_elsewhere_are_few_and_well_formed(page):
     for link in all_links(page) - links(page):

@@ -114,6 +114,7 @@ def test_explicit_steps_are_stable_below_the_limit_only(share, smooth):
     assert (surface.roughness(contact) < 0.2) == smooth
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     load=st.floats(1e-3, 1e3),

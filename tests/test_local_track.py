@@ -168,6 +168,7 @@ def test_each_body_loses_its_share_of_every_step():
     assert parts.groove == pytest.approx(groove[:, 0], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0, 10, 1e4])
 def test_explicit_steps_end_alike_and_too_long_ones_are_rough(ratio):
     surface, amount = ball(ratio, 0.01, cells=(12, 12)), COEFFICIENT * 0.01

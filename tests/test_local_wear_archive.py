@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from local_wear_runs import PIN, disc_curves, pin_curves
+from sweeps import others_slow
 from test_archive import nxcheck, run_with, step
 
 from tribopipe.archive.local_wear_tables import archived_local_wear, local_wear_tables
@@ -32,7 +33,7 @@ def put(curves) -> Step:
     return replace(made, tables=local_wear_tables(curves))
 
 
-@pytest.mark.parametrize("made", [pin_curves, disc_curves], ids=["pin", "discs"])
+@pytest.mark.parametrize("made", others_slow([pin_curves, disc_curves]), ids=["pin", "discs"])
 def test_local_wear_comes_back_whole(bare, made):
     curves = made()
     bare.put_step("bare", put(curves))
@@ -50,7 +51,7 @@ def test_local_wear_comes_back_whole(bare, made):
         np.testing.assert_array_equal(np.stack(back.giwm[name]), np.stack(wear))
 
 
-@pytest.mark.parametrize("made", [pin_curves, disc_curves], ids=["pin", "discs"])
+@pytest.mark.parametrize("made", others_slow([pin_curves, disc_curves]), ids=["pin", "discs"])
 def test_fields_are_nexus_with_axes_and_units(bare, made):
     curves = made()
     bare.put_step("bare", put(curves))
@@ -92,6 +93,7 @@ def test_new_k_d_drops_what_was_worn_by_the_old_one(bare):
     assert bare.step_names("bare") == ["wear_fit_archard"]
 
 
+@pytest.mark.slow
 def test_step_is_skipped_while_nothing_has_changed(archive):
     store, known = Archive(archive), [Quantity(value=13.5e-15, unit="m^2/N")]
 

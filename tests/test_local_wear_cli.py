@@ -207,6 +207,7 @@ def test_show_and_ls_tell_it(run_cli, archive):
     assert document["local_wear"]["sarkar"]["model"] == "sarkar"
 
 
+@pytest.mark.slow
 def test_figures_are_saved_where_asked(run_cli, archive, tmp_path):
     folder = tmp_path / "drawn"
     told = run_cli("local-wear", PIN, "--archive", archive, "--at", "1 m", "--figures", folder)

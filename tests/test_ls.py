@@ -189,6 +189,7 @@ def test_pipes_get_every_row(ls, monkeypatch):
     assert "more" not in ls().stdout
 
 
+@pytest.mark.slow
 def test_a_run_fitted_with_another_law_alone_has_a_coefficient(run_cli, sample_run, other_run, tmp_path):
     at = ("--archive", tmp_path / "both")
     run_cli("ingest", sample_run, other_run, *at)

@@ -360,6 +360,7 @@ def test_schema_accepts_the_run_of_a_page(page):
     assert list(run_schema().iter_errors(document)) != []
 
 
+@pytest.mark.slow
 def test_schema_accepts_the_plan():
     document = as_json(tomllib.loads((SAMPLES / "plan.toml").read_text(encoding="utf-8")))
     jsonschema.validate(document, json.loads(schema_text("plan")), jsonschema.Draft202012Validator)

@@ -101,6 +101,7 @@ def test_all_else_in_the_file_stays_as_it_was(archive):
     assert "wear_fit_sarkar" in kept
 
 
+@pytest.mark.slow
 def test_marks_outlive_steps_done_again_and_the_raw_part_written_anew(archive, short_runs):
     store = Archive(archive)
     store.mark(RUN, BAD)
@@ -112,6 +113,7 @@ def test_marks_outlive_steps_done_again_and_the_raw_part_written_anew(archive, s
     assert (store.marks(RUN), store.step_names(RUN)) == ([BAD], steps)
 
 
+@pytest.mark.slow
 def test_marked_run_conforms_to_nexus(archive):
     store = Archive(archive)
     for mark in (BAD, GOOD):
@@ -173,6 +175,7 @@ def references(store: Archive) -> dict[str, str]:
     return {outcome.run_id: outcome.result.reference for outcome in outcomes}
 
 
+@pytest.mark.slow
 def test_bad_run_is_no_reference_until_the_mark_is_taken_back(repeated):
     assert references(repeated) == {AGAIN: RUN, HEAVIER: RUN}
     repeated.mark(RUN, BAD)

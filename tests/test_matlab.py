@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from built_files import mat
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.draft.folder import Wanted, make_runs
@@ -28,7 +29,9 @@ def columns(table: ReadTable) -> dict[str, list[float]]:
     return {column.name: column.values.tolist() for column in table.columns}
 
 
-@pytest.mark.parametrize("variables", [recorded(), {"run": recorded()}, {"lab": {"run": {"data": recorded()}}}])
+@pytest.mark.parametrize(
+    "variables", others_slow([recorded(), {"run": recorded()}, {"lab": {"run": {"data": recorded()}}}])
+)
 def test_vectors_are_columns_wherever_they_are(variables):
     table = read(mat(variables))
     assert columns(table) == {name: values.tolist() for name, values in recorded().items()}
@@ -40,7 +43,9 @@ def test_rows_are_columns_too_and_integers_are_numbers():
     assert columns(table) == {"t": TIME.tolist(), "n": list(range(N))}
 
 
-@pytest.mark.parametrize("names", [np.array(["Time", "Ft [N]"], dtype=object), np.array(["Time  ", "Ft [N]"])])
+@pytest.mark.parametrize(
+    "names", others_slow([np.array(["Time", "Ft [N]"], dtype=object), np.array(["Time  ", "Ft [N]"])])
+)
 def test_matrix_next_to_the_names_of_its_columns(names):
     data = np.column_stack([TIME, 2 * TIME])
     assert columns(read(mat({"data": data, "colheaders": names}))) == {
@@ -71,6 +76,7 @@ def test_vectors_of_other_lengths_are_left_out_with_a_note():
     assert table.notes == ("the vector 'calibration' has another length and is omitted",)
 
 
+@pytest.mark.slow
 def test_structs_of_an_array_are_tests(tmp_path):
     runs = np.array([{"load_N": load, "data": recorded(load)} for load in (5.0, 10.0)], dtype=object)
     content = mat({"runs": runs})
@@ -90,17 +96,20 @@ def test_structs_of_an_array_are_tests(tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [
-        (
-            b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512),
-            r"version 7\.3 MAT-file; expected version 7 or earlier; save it",
-        ),
-        (mat({"a": 1.0, "b": TIME}), "no two vectors of equal length"),
-        (mat({"a": np.zeros((3, 3))}), "no two vectors of equal length"),
-        (mat(recorded())[:-5], "which end within a variable"),
-        (mat(recorded())[:200], "which end within a variable"),
-        (b"MATLAB 5.0 MAT-file".ljust(128) + b"\xff" * 64, "which end within a variable"),
-    ],
+    others_slow(
+        [
+            (
+                b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512),
+                r"version 7\.3 MAT-file; expected version 7 or earlier; save it",
+            ),
+            (mat({"a": 1.0, "b": TIME}), "no two vectors of equal length"),
+            (mat({"a": np.zeros((3, 3))}), "no two vectors of equal length"),
+            (mat(recorded())[:-5], "which end within a variable"),
+            (mat(recorded())[:200], "which end within a variable"),
+            (b"MATLAB 5.0 MAT-file".ljust(128) + b"\xff" * 64, "which end within a variable"),
+        ],
+        first=2,
+    ),
 )
 def test_what_holds_no_table_is_refused_in_one_sentence(content, said):
     with pytest.raises(ReaderError, match=rf"^run\.mat: .*{said}"):

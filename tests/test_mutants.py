@@ -85,6 +85,7 @@ def test_a_draw_is_the_same_again_and_another_one_with_another_seed(tmp_path):
         Mutant("drawn", one.file, one.old, one.new, one.within).applied((tmp_path / one.file).read_text("utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (ROOT / "tribopipe").is_dir(), reason="the sources of the package are not here")
 def test_every_mutant_of_the_list_has_its_place_in_the_code_and_a_default_test():
     listed = mutants()

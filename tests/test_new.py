@@ -153,6 +153,7 @@ def terminal_text(ours: int) -> str:
         read += part
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals on Windows")
 @pytest.mark.parametrize("stopped", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_terminal_is_asked(lab, export, stopped):

@@ -82,6 +82,7 @@ def test_steps_are_shown_at_once_and_stored_together(store):
     assert kept.steps(RUN).keys() == store.steps(RUN).keys()
 
 
+@pytest.mark.slow
 def test_steps_together_make_what_they_make_one_after_the_other(store):
     steps = list(store.steps(RUN).values())
     drift = replace(steps[1], result=steps[1].result.model_copy(update={"notes": ("another",)}))

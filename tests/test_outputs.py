@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from folders import SAMPLES, tree_bytes
+from sweeps import others_slow
 from typer.main import get_command
 
 from tribopipe.base.errors import OutputError
@@ -149,7 +150,9 @@ def refused(run_cli, place, line: str, at: str, suffix: str) -> None:
     assert content(place) == before, line.format(named)
 
 
-@pytest.mark.parametrize("option", FILES, ids=" ".join)
+@pytest.mark.parametrize(
+    "option", others_slow(map(pytest.param, FILES), ("export runs", "output"), ("live", "figure")), ids=" ".join
+)
 def test_no_file_is_written_over_or_into_an_archive_or_a_run(run_cli, place, option):
     suffix = {"eln": ".eln", "figure": ".svg"}.get(option[1], ".out")
     for at in (*THERE, *INSIDE):
@@ -160,7 +163,11 @@ def test_no_file_is_written_over_or_into_an_archive_or_a_run(run_cli, place, opt
             refused(run_cli, place, f"{FILES[option]} --force", at, suffix)
 
 
-@pytest.mark.parametrize("option", FOLDERS, ids=" ".join)
+@pytest.mark.parametrize(
+    "option",
+    others_slow(map(pytest.param, FOLDERS), ("export csv", "output"), ("study new", "into"), ("new", "into")),
+    ids=" ".join,
+)
 def test_no_folder_is_filled_in_an_archive_or_a_run(run_cli, place, option):
     for at in (*THERE, "sample-run", "archive/figs", "sample-run/deeper"):
         refused(run_cli, place, FOLDERS[option], at, "")
@@ -180,7 +187,12 @@ def test_same_commands_write_where_nothing_is(run_cli, place, option):
         assert (place / name).exists()
 
 
-@pytest.mark.parametrize("line", ["process other-run", "ingest other-run", f"note {RUN} dry", "ls", "verify", "fit"])
+@pytest.mark.parametrize(
+    "line",
+    others_slow(
+        ["process other-run", "ingest other-run", f"note {RUN} dry", "ls", "verify", "fit"], "process other-run", "ls"
+    ),
+)
 def test_no_file_is_taken_for_an_archive(run_cli, place, line):
     for at in (f"archive/{RUN}.h5", f"{RUN}.h5", "sample-run/run.toml", "sample-run/signals.csv", *LINKS):
         if at != "linked":
@@ -197,6 +209,7 @@ def test_file_that_is_there_is_replaced_by_force_alone(run_cli, place):
     assert RUN in (place / "runs.csv").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_own_pictures_and_schemas_are_known_again(run_cli, place):
     line = ["live", "sample-run", "--once", "--figure", "live.svg"]
     assert [run_cli(*line).exit_code for _ in range(2)] == [run_cli(*line).exit_code] * 2

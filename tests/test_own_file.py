@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from instrument_shapes import SRV_COLUMNS, srv
 from own_exports import CASES, written
+from sweeps import others_slow
 
 from tribopipe.base.errors import UnitError
 from tribopipe.base.units import is_unit_of, parse, with_point
@@ -49,7 +50,7 @@ def drafted(path: Path, **wanted):
 # --- ten instruments ---
 
 
-@pytest.mark.parametrize("make", CASES, ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", others_slow(CASES, first=3), ids=lambda make: make.__name__)
 def test_new_leaves_nothing_to_be_typed(run_cli, lab, monkeypatch, make):
     case = make()
     monkeypatch.chdir(written(case, lab / "user"))
@@ -307,7 +308,7 @@ MISLEADING = {
 }
 
 
-@pytest.mark.parametrize("name", MISLEADING)
+@pytest.mark.parametrize("name", others_slow(MISLEADING, first=4))
 def test_misleading_names_of_files_are_not_taken(lab, name):
     (lab / name).write_text(table(load=5.0), encoding="utf-8")
     made, text, document = drafted(lab / name, accept=True)
@@ -491,11 +492,13 @@ STEEL = 'material = "100Cr6"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
 
 @pytest.mark.parametrize(
     ("kind", "bodies", "header"),
-    [
-        ("reciprocating", {"pin": 'shape = "spherical"\n', "flat": ""}, "Kugel D=10 mm\nHub;1 mm\nScheibe;100Cr6"),
-        ("block-on-ring", {"block": "", "ring": ""}, "Block width;6 mm\nRing diameter;35 mm"),
-        ("four-ball", {"ball": 'diameter = "12.7 mm"\n'}, ""),
-    ],
+    others_slow(
+        [
+            ("reciprocating", {"pin": 'shape = "spherical"\n', "flat": ""}, "Kugel D=10 mm\nHub;1 mm\nScheibe;100Cr6"),
+            ("block-on-ring", {"block": "", "ring": ""}, "Block width;6 mm\nRing diameter;35 mm"),
+            ("four-ball", {"ball": 'diameter = "12.7 mm"\n'}, ""),
+        ],
+    ),
 )
 def test_a_template_may_be_of_any_kind_of_contact(lab, kind, bodies, header):
     tables = "".join(f"[contact.{body}]\n{own}{STEEL}" for body, own in bodies.items())

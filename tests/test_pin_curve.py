@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from conftest import MANIFEST
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import pin_curve
@@ -45,7 +46,7 @@ def test_depths_are_those_the_issue_asks_for():
 
 @pytest.mark.parametrize(
     ("load", "modulus", "coefficient"),
-    [(0.2, SI3N4, CERAMIC), (0.8, SI3N4, CERAMIC), (0.4, WC_CO, CARBIDE), (1.6, WC_CO, CARBIDE)],
+    others_slow([(0.2, SI3N4, CERAMIC), (0.8, SI3N4, CERAMIC), (0.4, WC_CO, CARBIDE), (1.6, WC_CO, CARBIDE)], first=2),
 )
 def test_one_curve_holds_for_every_load_and_material(load, modulus, coefficient):
     depth = sphere(load, modulus).worn(coefficient * load * PLACES).depth

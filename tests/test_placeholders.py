@@ -9,6 +9,7 @@ from built_files import tdms, xlsx
 from hypothesis import given
 from hypothesis import strategies as st
 from reader_examples import EXAMPLES, FORCES, SHEET
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.column_meanings import meanings_of
@@ -33,7 +34,7 @@ PLACEHOLDERS = [
 ]
 PLAIN = ["NaN", "nan", "NA"]
 JUNK = ["8.0.1", "59.84.1", "12:30:05", "5N", "abc"]
-FIRST = ("OVL", "---", "1.#INF", "NaN", "8.0.1")
+FIRST = ("OVL", "NaN", "8.0.1")
 """One of each kind; the others are left to the slow tests."""
 BINARY = {"ni-tdms", "workbook", "matlab", "tribopipe-hdf5", "surface-topography"}
 """Readers of files that are no text; of the first two, files are made here, and the others hold numbers as such."""
@@ -87,10 +88,6 @@ def with_field(name: str, field: tuple[int, int, str, int], text: str) -> bytes:
     return (content[:start] + text + content[field[1] :]).encode(example.encoding)
 
 
-def others_slow(tokens: list[str]) -> list:
-    return [pytest.param(token, marks=[] if token in FIRST else [pytest.mark.slow]) for token in tokens]
-
-
 def text_readers() -> list[str]:
     return sorted(set(readers()) - BINARY)
 
@@ -105,7 +102,7 @@ def test_the_numbers_of_every_column_are_found(name):
     assert {column for _, _, column, _ in fields_of(name)} == numeric
 
 
-@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *PLAIN, *JUNK]))
+@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *PLAIN, *JUNK], *FIRST))
 @pytest.mark.parametrize("name", text_readers())
 def test_no_channel_is_lost_without_a_message(name, token):
     (example, *_) = EXAMPLES[name]
@@ -116,7 +113,7 @@ def test_no_channel_is_lost_without_a_message(name, token):
         check(name, whole, with_field(name, field, token), field[2], field[3], token)
 
 
-@pytest.mark.parametrize("name", text_readers())
+@pytest.mark.parametrize("name", others_slow(text_readers(), "delimited", "pcs-instruments"))
 def test_no_number_with_the_other_decimal_sign_is_read_as_another_number(name):
     """59.841 where the others have commas is neither 59841 nor a reason to drop the column."""
     (example, *_) = EXAMPLES[name]
@@ -166,7 +163,7 @@ def check(name: str, whole: ReadTable, content: bytes, column: str, row: int, to
     assert token in PLAIN or token in said, f"{case} is not named: {said!r}"
 
 
-@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *JUNK]))
+@pytest.mark.parametrize("token", others_slow([*PLACEHOLDERS, *JUNK], "OVL", "---", "1.#INF", "8.0.1"))
 @pytest.mark.parametrize(("name", "at"), [("workbook", 0), ("workbook", 1), ("ni-tdms", 0), ("ni-tdms", 1)])
 def test_no_channel_of_a_binary_file_is_lost_without_a_message(name, at, token):
     whole = read(name, EXAMPLES[name][0].content)

@@ -10,6 +10,7 @@ import pytest
 from folders import SAMPLES
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.contacts.kinds import Terms, wear_of
@@ -201,7 +202,9 @@ def local(manifest, **k):
 
 
 @pytest.mark.parametrize(("pin", "disc", "body"), [(K_1, 60 * K_1, "pin"), (K_1, 0.0, "pin"), (None, 60 * K_1, "disc")])
-@pytest.mark.parametrize(("engine", "depth"), [("volume", 5e-6), ("local", 5e-6), ("local", 0.1e-6)])
+@pytest.mark.parametrize(
+    ("engine", "depth"), others_slow([("volume", 5e-6), ("local", 5e-6), ("local", 0.1e-6)], ("volume", 5e-6))
+)
 def test_a_depth_is_reached_where_it_is_predicted(manifest, pin, disc, body, engine, depth):
     one = scenario(manifest, pin=pin, disc=disc) if engine == "volume" else local(manifest, pin=pin, disc=disc)
     reached = predict_wear(one, depths=[depth]).reached[0]
@@ -255,7 +258,8 @@ def test_a_track_of_unknown_length_is_asked_for(manifest):
 
 
 @pytest.mark.parametrize(
-    ("pin", "disc"), [(K_1, 1e5 * K_1), (1e5 * K_1, 0.0), (None, 1e6 * K_1), (1e6 * K_1, 1e7 * K_1)]
+    ("pin", "disc"),
+    others_slow([(K_1, 1e5 * K_1), (1e5 * K_1, 0.0), (None, 1e6 * K_1), (1e6 * K_1, 1e7 * K_1)]),
 )
 def test_a_groove_deeper_than_the_ball_is_refused(manifest, pin, disc):
     with pytest.raises(ContactError, match="less than the tip height"):

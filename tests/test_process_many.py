@@ -44,6 +44,7 @@ def steps_of(result) -> list[tuple[str, str, str]]:
 # --- parts ---
 
 
+@pytest.mark.slow
 def test_a_part_takes_its_runs_and_leaves_what_needs_others(run_cli, short_runs, quick, tmp_path):
     words = ["process", short_runs, "--recipe", quick, "--archive", tmp_path / "archive", "--json"]
     second = run_cli(*words, "--shard", "2/2")

@@ -145,6 +145,7 @@ def test_show_a_run(run_cli, archive):
     assert json.loads(told.stdout)["profiles"] == []
 
 
+@pytest.mark.slow
 def test_show_a_run_with_profiles(run_cli, sample_run, track):
     for name in ("track.txt", "track-2.txt"):
         (sample_run / name).write_bytes((track / "track.txt").read_bytes())

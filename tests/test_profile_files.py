@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sweeps import others_slow
 from test_profile import HALF, X, grooved, manifest_with, rows
 
 from tribopipe.base.errors import ReaderError
@@ -54,7 +55,9 @@ def test_units_that_the_file_says_need_no_column():
     assert worn_area(profile, None).area.value == pytest.approx(4 / 3 * 0.3e-6 * HALF, rel=1e-3)
 
 
-@pytest.mark.parametrize("header", ["x [mm],z [um]", "X (mm),Z (um)", "Position [mm],Height [um]", "s [mm],h [um]"])
+@pytest.mark.parametrize(
+    "header", others_slow(["x [mm],z [um]", "X (mm),Z (um)", "Position [mm],Height [um]", "s [mm],h [um]"])
+)
 def test_tables_with_names(header):
     _, (profile,), _ = profiles(rows(X * 1e3, grooved(X) * 1e6).replace("x,z", header))
     np.testing.assert_allclose(profile.height, grooved(X), atol=1e-12)

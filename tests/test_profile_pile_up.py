@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from sweeps import others_slow
 from test_profile import correlated, flattened
 
 from tribopipe.base.errors import FitError
@@ -75,7 +76,7 @@ def check(case, seeds):
     assert {track.form for track in tracks} == {"parabola" if options.get("bend") else "line"}
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", others_slow(CASES, "pile-up, correlated noise", "everything"))
 def test_areas_lie_within_their_uncertainty(case):
     check(case, 12)
 
@@ -151,7 +152,7 @@ def ball(seed, turned=0.0, length=0.0, grains=0, noise=50e-9) -> Profile:
     return Profile(X, with_dust(rng, z + noise * random, grains))
 
 
-@pytest.mark.parametrize("options", [{}, {"turned": 0.05}, {"length": 5.0}, {"grains": 4}], ids=str)
+@pytest.mark.parametrize("options", others_slow([{}, {"turned": 0.05}, {"length": 5.0}, {"grains": 4}]), ids=str)
 def test_flat_on_a_ball(options):
     tracks = [worn_area(ball(seed, **options), BALL) for seed in range(15)]
     depth = float(cap_height(scar_radius=SCAR, sphere_radius=BALL))
@@ -185,6 +186,7 @@ def test_scars_small_and_large(share):
 # Several places along a track
 
 
+@pytest.mark.slow
 def test_mean_over_places_with_their_spread():
     rng = np.random.default_rng(8)
     within = 0
@@ -285,7 +287,7 @@ def check_shape(shape, noise, length, seeds, least=0.9):
     return tracks
 
 
-@pytest.mark.parametrize("shape", [*SHAPES, None])
+@pytest.mark.parametrize("shape", others_slow([*SHAPES, None], "cap", "V", None))
 def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
     check_shape(shape, 0.02, 0.0, 10)
     check_shape(shape, 0.005, 5.0, 10)

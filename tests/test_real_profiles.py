@@ -65,6 +65,7 @@ def test_detected_and_read_as_the_notes_say(name):
         assert np.max(column.values) == pytest.approx(most, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_no_other_reader_of_profiles_claims_it(name):
     claimed = [reader.name for reader, match in candidates(source(name), "profile") if match.confidence >= 0.5]
@@ -104,6 +105,7 @@ def test_map_gives_a_profile_for_each_scan_line():
     assert max(np.max(line.height) for line in lines) == pytest.approx(503.2302e-6)
 
 
+@pytest.mark.slow
 def test_units_that_a_file_does_not_say_have_to_be_said():
     with pytest.raises(ReaderError, match=r"xy-4\.txt, column 'x': found no unit; expected one for position"):
         profiles(f"{EXAMPLES}/xy-4.txt")
@@ -111,6 +113,7 @@ def test_units_that_a_file_does_not_say_have_to_be_said():
     assert profile.position[-1] == pytest.approx(0.995613e-3)
 
 
+@pytest.mark.slow
 def test_rollers_whose_ends_drop_off_have_no_track():
     for name in FILES:
         if name.startswith(BEARINGS):

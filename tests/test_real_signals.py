@@ -81,6 +81,7 @@ def test_winducom_runs_have_their_rows():
         assert np.all((force.values > 0) & (force.values < 50))
 
 
+@pytest.mark.slow
 def test_newport_runs_have_their_rows_and_loads():
     paths = series("newport-rheofriction")
     tables = [read(path, "newport-rheofriction") for path in paths]

@@ -139,6 +139,7 @@ def test_what_is_missing_is_named_with_its_key(tested):
     assert "[[signatories]]" in keys
 
 
+@pytest.mark.slow
 def test_a_customer_gets_no_advice_to_the_laboratory(tested, files, tmp_path):
     shutil.copytree(tested.folder, tmp_path / "archive")
     archive = Archive(tmp_path / "archive")
@@ -206,6 +207,7 @@ def test_the_standard_is_that_of_the_motion_unless_it_is_named(tested):
     assert replace(Addressed(named), standard="g99").standard_of([strokes]) is STANDARDS["g99"]
 
 
+@pytest.mark.slow
 def test_a_report_states_in_which_way_a_standard_was_followed(tested):
     said = {
         "procedure": "followed the procedure of ASTM G99 with the materials and parameters stated in this report",

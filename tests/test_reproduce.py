@@ -133,6 +133,7 @@ def test_study_tells_what_it_stands_on_and_what_it_was_computed_with(studied):
 # --- the same again ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [LIGHT, HEAVY, DISC])
 def test_every_step_comes_out_the_same_bit_for_bit_by_its_own_options(done, run_id):
     before = tree_bytes(done.folder)

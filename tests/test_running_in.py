@@ -116,6 +116,7 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
     )
 
 
+@pytest.mark.slow
 def test_parameters_that_a_run_does_not_determine_are_stated():
     level = series_of(law="archard", law_parameters={}, sliding_distance="100 m", systematic_errors=False)
     fits = [virtual(series, 3)[1] for series in (level, series_of())]

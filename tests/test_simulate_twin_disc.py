@@ -233,6 +233,7 @@ def test_noise_is_the_same_with_errors_and_without():
     assert np.all(with_errors.state.curved_depth[1:] != without.state.curved_depth[1:])
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_stated_and_each_its_own():
     tests = [virtual(systematic_errors=True, rotations=1e3, seed=seed) for seed in range(300)]
     exact = virtual(systematic_errors=False)

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from hostile_runs import hostile_archive
 from pydantic import ValidationError
+from sweeps import others_slow
 from test_cli_contract import FLAGS
 
 from tribopipe.archive.lock import say_waiting
@@ -148,19 +149,8 @@ COMMANDS: dict[str, list[list[str]]] = {
     "schema export": [[NASTY]],
 }
 """Command lines that show texts of a lab; ``test_every_command_is_among_them`` finds any that is missing."""
-LONG = {
-    "new",
-    "process",
-    "simulate",
-    "local-wear",
-    "study figures",
-    "export dataset",
-    "import",
-    "reproduce",
-    "report",
-    "watch",
-}
-"""Commands that take so long that they are run among the slow tests alone; all of them show texts as the others do."""
+SHORT = ("check", "predict", "ls", "tag", "note", "show", "study show", "verify", "remove")
+"""Commands that are run among the default tests; all others show texts as these do."""
 
 
 def test_every_command_is_among_them():
@@ -193,7 +183,8 @@ def place(_made, tmp_path, monkeypatch) -> Path:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names of files")
 @pytest.mark.parametrize(
-    "command", [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in COMMANDS]
+    "command",
+    others_slow(COMMANDS, *SHORT),
 )
 def test_no_command_is_steered(on_terminal, place, command):
     assert (place / "archive").is_dir()

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from instrument_shapes import LADDER, rtec_ladder, workbook_of
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import SignalFile
@@ -50,7 +51,7 @@ def with_radius(folder: Path, radius: float) -> None:
     path.write_text(text.replace('# sliding_speed = "Rotary', 'sliding_speed = "Rotary'), encoding="utf-8")
 
 
-@pytest.mark.parametrize("cumulative", [False, True], ids=["time begins again", "time goes on"])
+@pytest.mark.parametrize("cumulative", others_slow([False, True]), ids=["time begins again", "time goes on"])
 def test_steps_of_a_ladder_are_runs_of_their_true_distances(lab, cumulative):
     export = put(lab, "ladder.csv", rtec_ladder(cumulative=cumulative))
     made = make_runs(Wanted([export], lab / "runs", settings=[LOAD], split="Step"))

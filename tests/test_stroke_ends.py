@@ -103,6 +103,7 @@ def test_a_short_stroke_between_stiff_bodies_shares_its_middle_with_its_ends():
     assert expected == pytest.approx(found, abs=0.15)
 
 
+@pytest.mark.slow
 def test_between_soft_bodies_each_place_passes_under_the_whole_load():
     found, expected = extension(1.0, 10.0, 0.1)
     assert [found, expected] == pytest.approx([0, 0], abs=0.07)

@@ -13,6 +13,7 @@ from folders import DISC_IDS, SAMPLE_IDS, SAMPLES, tree_bytes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from study_runs import AGAIN, HEAVY, LIGHT, NO_END
+from sweeps import others_slow
 from test_archive import nxcheck
 
 from tribopipe.archive.steps import METHODS
@@ -172,6 +173,7 @@ def test_curves_end_at_the_depths_of_the_verdicts(ran):
         assert (curve.lower[-1], curve.upper[-1]) == pytest.approx((low, high), rel=1e-12, abs=0)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     st.text(st.characters(codec="utf-8", exclude_characters="\x00"), max_size=30),
@@ -236,6 +238,7 @@ def test_prediction_from_one_run_refers_to_that_run(store):
     assert any(AGAIN in note and "replicate tests" in note for note in result_of(outcomes).notes)
 
 
+@pytest.mark.slow
 def test_study_of_runs_as_ingested_corrects_them_on_the_way(ran_quick, raw, tmp_path):
     store = Archive(shutil.copytree(raw, tmp_path / "store"))
     assert store.step_names(HEAVY) == []
@@ -266,6 +269,7 @@ def test_second_run_of_a_study_does_nothing(done, ran):
     assert tree_bytes(done.folder) == before
 
 
+@pytest.mark.slow
 def test_force_redoes_a_study_with_the_same_result(quick, ran_quick):
     curves = quick.study("air").curves
     again = list(run_study(quick, QUICK, Recipe(), force=True))
@@ -300,6 +304,7 @@ def test_another_recipe_redoes_the_study_and_the_first_one_again(quick, ran_quic
     assert result_of(back) == first
 
 
+@pytest.mark.slow
 def test_run_corrected_by_another_recipe_meanwhile_is_corrected_again(quick, ran_quick):
     advance(quick, LIGHT, "drift_correction", OTHER_WINDOW)
     outcomes = list(run_study(quick, QUICK, Recipe()))
@@ -345,6 +350,7 @@ def test_run_marked_bad_is_left_out_until_the_mark_is_taken_back(quick, ran_quic
     assert result_of(back) == first
 
 
+@pytest.mark.slow
 def test_another_reason_redoes_the_study(store):
     store.mark(AGAIN, BAD)
     list(run_study(store, QUICK, Recipe()))
@@ -419,7 +425,7 @@ def test_run_without_an_end_value_is_refused(store, place):
     assert tree_bytes(store.folder) == before
 
 
-@pytest.mark.parametrize("wrong", ["si3n4-air-800mN", "other-medium", NO_END])
+@pytest.mark.parametrize("wrong", others_slow(["si3n4-air-800mN", "other-medium", NO_END]))
 def test_refused_study_does_not_correct_runs_on_the_way(raw, tmp_path, wrong):
     store = Archive(shutil.copytree(raw, tmp_path / "store"))
     before = tree_bytes(store.folder)
@@ -441,6 +447,7 @@ def test_refused_study_leaves_the_earlier_one(done):
     assert (done.study_folder / "air.h5").read_bytes() == kept
 
 
+@pytest.mark.slow
 def test_failed_write_leaves_the_earlier_study(done, monkeypatch):
     def fail(*_):
         raise OSError(28, "No space left on device")
@@ -452,6 +459,7 @@ def test_failed_write_leaves_the_earlier_study(done, monkeypatch):
     assert tree_bytes(done.folder) == before
 
 
+@pytest.mark.slow
 def test_failed_study_does_not_stop_the_next(store):
     missing = QUICK.model_copy(update={"id": "missing", "fit": ("si3n4",)})
     outcomes = list(process_studies(store, [missing, QUICK], Recipe()))
@@ -571,6 +579,7 @@ def by_recipe(runs, tmp_path_factory) -> Path:
     return store.folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", ["plan", "together"])
 def test_what_only_looks_leaves_runs_fitted_by_another_recipe_alone(by_recipe, tmp_path, look):
     store = Archive(shutil.copytree(by_recipe, tmp_path / "store"))

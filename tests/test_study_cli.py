@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from folders import SAMPLES, tree_bytes
 from study_runs import AGAIN, HEAVY, LIGHT, NO_END, fill
+from sweeps import others_slow
 from test_bad_input import assert_refused
 
 from tribopipe.archive.store import Archive
@@ -93,6 +94,7 @@ def test_new_drafts_a_study_of_run_folders(run_cli, runs, tmp_path):
     assert (set(study.fit), study.predict) == ({LIGHT, AGAIN}, (HEAVY,))
 
 
+@pytest.mark.slow
 def test_new_drafts_a_study_for_each_set_of_bodies(run_cli, tmp_path):
     result = run_cli("study", "new", SAMPLES, "--into", tmp_path / "drafts")
     assert result.exit_code == 0
@@ -161,6 +163,7 @@ def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
     assert load_toml(path, Study).predict == (HEAVY,)
 
 
+@pytest.mark.slow
 def test_new_writes_all_drafts_or_none(run_cli, tmp_path):
     taken = tmp_path / "wc-co-water.study.toml"
     taken.write_bytes(b"# mine\n")
@@ -170,6 +173,7 @@ def test_new_writes_all_drafts_or_none(run_cli, tmp_path):
     assert tree_bytes(tmp_path) == {taken.name: b"# mine\n"}
 
 
+@pytest.mark.slow
 def test_draft_runs_as_it_is(run_cli, runs, tmp_path):
     for run_id in (LIGHT, HEAVY):
         ingest(runs / run_id, Archive(tmp_path / "archive"))
@@ -182,6 +186,7 @@ def test_draft_runs_as_it_is(run_cli, runs, tmp_path):
 # --- study run ---
 
 
+@pytest.mark.slow
 def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     result = run_cli("study", "run", "study.toml", "-v", cwd=home)
     assert result.exit_code == 0
@@ -222,6 +227,7 @@ def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
     assert tree_bytes(evaluated) == before
 
 
+@pytest.mark.slow
 def test_force_and_another_recipe_redo_a_study(run_cli, evaluated):
     (evaluated / "recipe.toml").write_text(
         '[drift]\nwindow = 0.05\n[wear]\ncorrection = "two-step"\n', encoding="utf-8"
@@ -238,6 +244,7 @@ def test_force_and_another_recipe_redo_a_study(run_cli, evaluated):
     assert dates[0] <= stored.date
 
 
+@pytest.mark.slow
 def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     run_cli("mark-bad", AGAIN, "--reason", "the pin slipped", cwd=evaluated)
     result = run_cli("study", "run", "study.toml", "--no-figures", "--json", cwd=evaluated)
@@ -337,6 +344,7 @@ def test_runs_are_listed_without_studies(run_cli, evaluated):
 # --- study figures ---
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_in_the_format_asked_for(run_cli, evaluated):
     before = tree_bytes(evaluated / "archive")
     result = run_cli("study", "figures", "--format", "svg", "--into", "drawn", cwd=evaluated)
@@ -388,6 +396,7 @@ def test_fit_together_as_json_is_a_study_result(run_cli, home):
     assert law.first.interval[0].value < law.first.wear_coefficient.value < law.first.interval[1].value
 
 
+@pytest.mark.slow
 def test_prediction_onto_a_run_is_judged_and_not_kept(run_cli, home):
     before = tree_bytes(home)
     command = ["predict", "--from", LIGHT, "--from", AGAIN, "--onto", HEAVY]
@@ -613,7 +622,9 @@ DOCUMENTS = {
 }
 
 
-@pytest.mark.parametrize("case", DOCUMENTS)
+@pytest.mark.parametrize(
+    "case", others_slow(DOCUMENTS, "other radius", "not archived", "circular", "life without unit")
+)
 def test_bad_study_is_refused_and_the_archive_stays_as_it_was(run_cli, evaluated, case):
     changes, words = DOCUMENTS[case]
     write_study(evaluated, **changes)
@@ -650,7 +661,7 @@ CALLS = {
 }
 
 
-@pytest.mark.parametrize("case", CALLS)
+@pytest.mark.parametrize("case", others_slow(CALLS, "other material", "onto itself", "not archived", "no id"))
 def test_bad_call_is_refused_and_the_archive_stays_as_it_was(run_cli, home, case):
     arguments, words = CALLS[case]
     before = tree_bytes(home)
@@ -674,6 +685,7 @@ def soft(tmp_path_factory) -> Path:
     return fill(folder / "archive", folder / "runs").folder
 
 
+@pytest.mark.slow
 def test_load_beyond_what_the_contact_bears_is_flagged_as_extrapolation(run_cli, soft):
     before = tree_bytes(soft)
     result = run_cli("predict", "--from", LIGHT, "--onto", CRUSHED, "--archive", soft, "--json")

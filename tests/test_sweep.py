@@ -295,6 +295,7 @@ def test_rows_come_back_from_their_file_to_the_last_bit(tmp_path_factory, told):
     assert read_rows(path, ensemble) == found
 
 
+@pytest.mark.slow
 def test_a_table_is_taken_up_where_it_ends(swept, tmp_path):
     swept(TESTS, "-o", "table.csv")
     path = tmp_path / "table.csv"

@@ -85,7 +85,10 @@ MESSAGES_ONLY = (
     *("note", "tag", "mark-bad", "live"),
 )
 """Commands that may have nothing but messages, or what follows a test, to tell."""
-LONG = ("fit", "predict --from", "reproduce", "local-wear", "live", "export dataset", "export umeshmotion", "report")
+LONG = (
+    *("fit", "predict --from", "reproduce", "local-wear", "live", "export dataset", "export umeshmotion", "report"),
+    *("verify", "simulate", "schema"),
+)
 """Commands that take so long that they are run among the slow tests alone."""
 WIDTHS = (
     pytest.param((80, False), id="80"),

@@ -14,6 +14,7 @@ from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
+from sweeps import others_slow
 
 from tribopipe.base.errors import ContactError
 from tribopipe.physics import disc_course
@@ -340,7 +341,14 @@ def test_one_disc_that_wears_goes_by_figure_8():
 
 
 @all_conventions
-@pytest.mark.parametrize("name", ["Table 3", "Section 3.5", "unequal radii", "negative slip", "cylindrical disc only"])
+@pytest.mark.parametrize(
+    "name",
+    others_slow(
+        ["Table 3", "Section 3.5", "unequal radii", "negative slip", "cylindrical disc only"],
+        "Table 3",
+        "negative slip",
+    ),
+)
 def test_published_steps_converge_to_the_exact_model_at_first_order(name, convention):
     case = CASES[name]
     exact = values(worn(case, convention), "half_width", "curved_volume", "flat_volume")
@@ -814,7 +822,7 @@ def test_exact_model_keeps_its_digits_while_slip_vanishes(case, convention, plac
 
 @slides
 @vanishing
-@pytest.mark.parametrize("slip", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("slip", others_slow([1e-4, 1e-3, 1e-2]))
 def test_rotations_are_found_where_half_of_the_slip_is_left(case, convention, slip):
     # None of them may be taken for one at which slip has vanished.
     case = case._replace(slip=slip * np.sign(case.slip))

@@ -15,6 +15,7 @@ import pytest
 from archived_files import edited, put, remove
 from bit_flips import flip_bits, rows_of
 from folders import SAMPLES, tree_bytes
+from sweeps import others_slow
 from test_archive import nxcheck
 
 from tribopipe.archive.catalog.catalog import Catalogue
@@ -173,7 +174,7 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("change", DAMAGE, ids=lambda change: change.__name__)
+@pytest.mark.parametrize("change", others_slow(DAMAGE, first=5), ids=lambda change: change.__name__)
 def test_damage_that_was_sealed_is_found_by_what_the_file_says_of_itself(whole, tmp_path, change):
     path = Path(shutil.copy(whole / f"{DISC}.h5", tmp_path))
     with edited(path) as file:
@@ -234,7 +235,7 @@ def breaches(path: Path) -> set[str]:
     return {finding.code for finding in look.findings}
 
 
-@pytest.mark.parametrize("change", MORE, ids=lambda change: change.__name__)
+@pytest.mark.parametrize("change", others_slow(MORE, first=3), ids=lambda change: change.__name__)
 def test_breach_of_a_rule_of_nexus_is_found(whole, tmp_path, change):
     assert breaches(spoiled(change, whole, tmp_path)) == {"nexus"}
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, described, run_of, si
 from folders import SAMPLES
+from sweeps import others_slow
 
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
@@ -158,6 +159,7 @@ def test_disc_that_hardly_wears_has_none():
     assert (list(fit.bodies), fit.engine) == (["pin"], "giwm")
 
 
+@pytest.mark.slow
 def test_reading_of_pin_and_disc_is_not_taken_for_the_pin_alone():
     """A hard ball on a soft disc: the depth sensor reads the groove."""
     fit = fit_wear(sample(disc_wear_depth=si(15e-6, "m", 2e-7)), recipe=FIRST_ORDER)
@@ -197,7 +199,7 @@ def test_reading_and_groove_give_k_d_of_both(ratio):
     assert "based on the depth signal minus the wear depth of the disc" in warned.message
 
 
-@pytest.mark.parametrize(("seed", "drift"), [(1, 250e-9), (6, 2e-6)])
+@pytest.mark.parametrize(("seed", "drift"), others_slow([(1, 250e-9), (6, 2e-6)]))
 def test_a_ball_that_does_not_wear_gets_no_k_d_by_reading_and_groove(seed, drift):
     """Not even where the sensor drifts more than anybody expects."""
     fit = fit_wear(read_of_both(0.0, 1.35e-12, seed, drift), recipe=FIRST_ORDER)

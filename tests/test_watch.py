@@ -322,6 +322,7 @@ def test_a_process_that_is_lost_over_a_run_is_a_failure(bench, monkeypatch):
     assert bench.settled() == [("made", "a.csv", "a"), ("failed", "a.csv", "a")]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_an_export_goes_through_the_line_and_on(tmp_path):
     bench = Bench(tmp_path)

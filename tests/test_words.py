@@ -162,22 +162,27 @@ def listed(found: list[Hit]) -> str:
     return "\n".join(map(str, found))
 
 
+@pytest.mark.slow
 def test_messages_and_help_have_plain_words():
     assert not (found := hits(python_texts(docstrings=False))), listed(found)
 
 
+@pytest.mark.slow
 def test_reports_have_plain_words():
     assert not (found := hits(template_texts())), listed(found)
 
 
+@pytest.mark.slow
 def test_the_web_client_has_plain_words():
     assert not (found := hits(client_texts())), listed(found)
 
 
+@pytest.mark.slow
 def test_the_readme_has_plain_words():
     assert not (found := hits(prose(ROOT / "README.md"))), listed(found)
 
 
+@pytest.mark.slow
 def test_docstrings_have_plain_words():
     assert not (found := hits(python_texts(docstrings=True))), listed(found)
 
@@ -187,6 +192,7 @@ def pages() -> list[Path]:
     return [path for path in sorted(ROOT.glob("docs/**/*.md")) if path.parent.name != "reference"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", [path.relative_to(ROOT / "docs").as_posix() for path in pages()])
 def test_pages_get_no_more_of_these_phrases(page):
     found, most = hits(prose(ROOT / "docs" / page)), RULES.get("pages", {}).get(page, 0)

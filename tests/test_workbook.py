@@ -7,6 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 from built_files import Xml, ods, xls, xlsx
+from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.formats import workbook
@@ -183,7 +184,7 @@ def test_a_zip_bomb_is_refused_unpacked():
         read(bytes(content))
 
 
-@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("kind", others_slow(WRITERS))
 def test_cut_it_is_refused_or_the_same(kind):
     content = WRITERS[kind]({"Data": ROWS})
     whole = columns(read(content))

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, STROKE, described, run_of, si
+from sweeps import others_slow
 
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
@@ -46,7 +47,7 @@ def wear(given, *names, shape="spherical", path=CIRCLE):
     return pin_on_disc_wear(run_of(described(shape, path, **end)), DEFAULTS)
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("ratio", others_slow(RATIOS, first=2))
 @pytest.mark.parametrize(
     "partner", ["disc_track_width", "pin_wear_depth", "pin_scar_diameter", "pin_scar_length", "pin_wear_volume"]
 )
@@ -69,7 +70,7 @@ def test_disc_volume_from_groove_depth_alone_is_within_its_uncertainty(ratio):
     assert any("the wear of the pin is unknown" in note for note in worn.notes)
 
 
-@pytest.mark.parametrize("ratio", [10, 60, 300])
+@pytest.mark.parametrize("ratio", others_slow([10, 60, 300], 60))
 @pytest.mark.parametrize("way", ["pin_wear_depth", "pin_scar_diameter", "pin_scar_length", "pin_wear_volume"])
 @pytest.mark.parametrize("beside", ["disc_wear_depth", "disc_track_width", "pin_scar_width", "disc_wear_volume"])
 def test_every_pair_tells_both_bodies(ratio, way, beside):
