@@ -250,7 +250,7 @@ def test_runs_of_other_discs_are_refused(where, key, value, words):
     raw = type(other)(manifest, other.columns, other.origins, {}, {}, ())
     members = {"a": one, "b": Member(correct_drift(raw), None)}
     with pytest.raises(FitError, match=f"s: found {words} 0.005 in b and 0.004 in a; expected the same materials"):
-        evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
+        evaluate(Study(id="s", fit=("a", "b"), laws=("archard",)), members)
 
 
 # --- in the archive ---

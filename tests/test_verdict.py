@@ -543,20 +543,24 @@ def another(raw: RawRun, body: str, **updates) -> RawRun:
     return edited(raw, contact=contact.model_copy(update={body: specimen}))
 
 
+GEOMETRIES = [
+    (lambda raw: another(raw, "pin", radius=Quantity(value=1e-3, unit="m")), ("radius", "0.001", "0.000794")),
+    (lambda raw: another(raw, "pin", shape="flat"), ("shape", "flat", "spherical")),
+]
+MATERIALS = [
+    (lambda raw: another(raw, "pin", material="SiC"), ("pin material", "SiC", "Si3N4")),
+    (lambda raw: another(raw, "disc", material="100Cr6"), ("disc material", "100Cr6", "Si3N4")),
+    (
+        lambda raw: edited(raw, conditions=raw.manifest.conditions.model_copy(update={"medium": "oil"})),
+        ("medium", "oil", "air"),
+    ),
+]
+
+
 @pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        (lambda raw: another(raw, "pin", radius=Quantity(value=1e-3, unit="m")), ("radius", "0.001", "0.000794")),
-        (lambda raw: another(raw, "pin", material="SiC"), ("pin material", "SiC", "Si3N4")),
-        (lambda raw: another(raw, "disc", material="100Cr6"), ("disc material", "100Cr6", "Si3N4")),
-        (lambda raw: another(raw, "pin", shape="flat"), ("shape", "flat", "spherical")),
-        (
-            lambda raw: edited(raw, conditions=raw.manifest.conditions.model_copy(update={"medium": "oil"})),
-            ("medium", "oil", "air"),
-        ),
-    ],
+    ("role", "change", "named"),
+    [*(("fit", *one) for one in GEOMETRIES + MATERIALS), *(("predict", *one) for one in MATERIALS)],
 )
-@pytest.mark.parametrize("role", ["fit", "predict"])
 def test_other_bodies_or_media_are_refused_by_name(pair, change, named, role):
     light, heavy = pair
     runs = {"light": light, "heavy": Member(replace(heavy.corrected, run=change(heavy.corrected.run)), heavy.friction)}

@@ -37,7 +37,7 @@ def study_panels(law: LawResult, curves: Sequence[StudyCurve], runs: Collection[
         if curve.model == law.model and curve.run_id in runs
     }
     # In another contact, a body of the study has another name.
-    for body in dict.fromkeys((*law.bodies, *(curve.body for curve in own.values()))):
+    for body in dict.fromkeys((*law.bodies, *(body for run in law.runs for body in run.bodies))):
         for what in _UNITS:
             shown = {path: curve for path, curve in own.items() if (curve.body, curve.what) == (body, what)}
             if shown:
