@@ -133,6 +133,19 @@ def test_k_d_of_one_geometry_predicts_another():
     assert note.startswith("block, ball: predicted for another contact or geometry than that of pin")
 
 
+def test_the_exponent_of_pressure_is_that_of_one_body():
+    """A run that measured the disc alone says nothing of the pin, whose k_D is another one."""
+
+    def ends(load):
+        return {"pin_wear_volume": lost(load=load), "disc_wear_volume": lost(load=load, k=K_DISC)}
+
+    fit = [member(f"run-{load}", load=load, **ends(load)) for load in (0.2, 0.4, 0.8, 1.6)]
+    disc = member("disc", load=3.2, disc_wear_volume=lost(load=3.2, k=K_DISC))
+    found = studied(fit, [disc]).result.laws[0].pressure_exponent
+    assert found.runs == 4
+    assert found.exponent.value == pytest.approx(1.0, abs=0.01)
+
+
 def test_a_ball_and_a_pin_of_its_radius_are_the_same_body():
     ball = {"kind": "pin-on-disc", "ball": {"diameter": si(2 * RADIUS, "m"), **material()}, "disc": material()}
     fit = [member("pin", pin_wear_volume=lost()), in_another_contact("ball", ball, ball_wear_volume=lost(load=0.4))]

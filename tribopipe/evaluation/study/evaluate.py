@@ -165,6 +165,7 @@ class _Law:
                 self.recipe,
             )
             for one in draws
+            if one.run.bodies[0] == _name_in(one.run, self.bodies[0])
         ]
         return pressure_exponent([run for run in pressed if run is not None])
 
