@@ -215,7 +215,7 @@ class LawResult(Record):
     correlation: float | None = None
     """Correlation of both k_D."""
     pressure_exponent: PressureExponent | None = None
-    """How the wear rate of the first body depends on pressure; None of fewer than four runs, or one load."""
+    """How the wear rate of the first body depends on pressure; None for fewer than four runs or only one load."""
     draws: int
     """Number of accepted draws."""
     rejected: int
