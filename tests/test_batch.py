@@ -25,7 +25,7 @@ from listening import listening
 
 from tribopipe.base import dask_workers
 from tribopipe.base.errors import BatchError, FitError, InternalError
-from tribopipe.base.executor import Crew, as_done, at_work
+from tribopipe.base.executor import Crew, as_done, at_work, in_turn
 from tribopipe.base.files import leftovers
 
 TWO = Crew(jobs=2)
@@ -53,6 +53,18 @@ def test_no_task_is_no_answer(crew):
 
 def test_a_process_of_its_own_answers_in_order():
     assert [number for number, _ in as_done(squared, range(20))] == list(range(20))
+
+
+def test_answers_in_turn_wait_for_those_before_them(two):
+    naps = [0.3, 0.0, 0.0, 0.1, 0.0, 0.2]
+    assert [nap for nap, _ in as_done(time.sleep, naps, two)] != naps
+    assert [nap for nap, _ in in_turn(time.sleep, naps, two)] == naps
+
+
+def test_answers_in_turn_name_their_tasks(crew):
+    answers = list(in_turn(partial(int, base=0), ["run-1", "0x10", "run-3"], crew))
+    assert [task for task, _ in answers] == ["run-1", "0x10", "run-3"]
+    assert [str(answer).split(":")[0] for _, answer in answers] == ["run-1", "16", "run-3"]
 
 
 def test_failures_are_sentences_and_stop_no_other(crew):

@@ -123,6 +123,32 @@ def test_process_takes_all_cores_unless_told_otherwise_or_alone(
     assert taken == [jobs]
 
 
+@pytest.mark.parametrize("command", ["process", "ingest", "correct-drift", "fit"])
+def test_what_is_printed_does_not_depend_on_which_worker_is_faster(
+    run_cli, short_runs, quick, tmp_path, monkeypatch, command
+):
+    given = {"process": [short_runs], "ingest": [short_runs]}.get(command, [])
+    words = [command, *given, *([] if command == "ingest" else ["--recipe", quick])]
+
+    def printed(*how: str) -> tuple[str, str]:
+        folder = tmp_path / "archive"
+        if not given:
+            run_cli("ingest", short_runs, "--archive", folder)
+        result = run_cli(*words, *(["--no-figures"] if command == "process" else []), "--archive", folder, *how)
+        shutil.rmtree(folder)
+        return result.stdout, result.stderr
+
+    alone = printed("-j", "1")
+    monkeypatch.setattr("tribopipe.base.executor._as_done", last_first)
+    assert printed("-j", "2") == alone
+    assert all(name in "".join(alone) for name in (LIGHT, HEAVY))
+
+
+def last_first(work, tasks, _):
+    """Answer as workers would of whom the first is the slowest."""
+    yield from reversed([(task, work(task)) for task in tasks])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [["-j", "2"], ["-j", "2", "--scheduler", "local"]], ids=["processes", "LocalCluster"])
 def test_several_at_once_are_the_same_bit_for_bit(run_cli, short_runs, quick, tmp_path, how):

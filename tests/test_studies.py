@@ -483,7 +483,7 @@ def test_studies_with_a_run_in_common_are_taken_by_one_worker_after_the_other(st
             taken.append([study.id for _, study in task])
             yield task, work(task)
 
-    monkeypatch.setattr("tribopipe.pipeline.stages.as_done", by_one)
+    monkeypatch.setattr("tribopipe.pipeline.stages.in_turn", by_one)
     outcomes = list(process_studies(store, studies, Recipe(), crew=Crew(jobs=2)))
     assert taken == [["a", "c", "d"], ["b", "e"]]
     assert sorted((outcome.place, outcome.run_id, outcome.status) for outcome in outcomes) == [

@@ -1,6 +1,6 @@
-"""Many tasks at once, in processes of this machine or on a Dask cluster; each answer comes as soon as it is there.
+"""Many tasks at once, in processes of this machine or on a Dask cluster.
 
-    for task, answer in as_done(work, tasks, Crew(jobs=2)):
+    for task, answer in in_turn(work, tasks, Crew(jobs=2)):
         ...
 
 Who has several batches keeps the workers for all of them:
@@ -12,10 +12,11 @@ Who has several batches keeps the workers for all of them:
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
-from itertools import islice
+from functools import partial
+from itertools import count, islice
 
 from tribopipe.base.errors import TribopipeError
-from tribopipe.base.tasks import Answer, Task, Workers, answer_of
+from tribopipe.base.tasks import Answer, Numbered, Task, Workers, answer_of, numbered_answer
 
 
 def _say_nothing(_: str) -> None: ...
@@ -57,6 +58,19 @@ def as_done(
             yield from ((task, answer_of(work, task)) for task in tasks)
         else:
             yield from _as_done(work, tasks, at_hand.workers)
+
+
+def in_turn(
+    work: Callable[[Task], Answer], tasks: Iterable[Task], crew: Crew = ALONE
+) -> Iterator[tuple[Task, Answer | TribopipeError]]:
+    """As ``as_done``, in the order of the tasks, so that what is printed of them depends on no worker's speed."""
+    early: dict[int, tuple[Task, Answer | TribopipeError]] = {}
+    due = 0
+    for numbered, answer in as_done(partial(numbered_answer, work), map(Numbered, count(), tasks), crew):
+        early[numbered.number] = numbered.task, answer
+        while due in early:
+            yield early.pop(due)
+            due += 1
 
 
 def _as_done(

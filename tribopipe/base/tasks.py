@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from tribopipe.base.errors import BatchError, TribopipeError
 from tribopipe.base.failures import in_a_sentence
@@ -11,6 +11,18 @@ Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 REDONE = 3
 """How often a task is done again that loses its workers."""
+
+
+class Numbered(NamedTuple, Generic[Task]):
+    """A task with its place in its batch."""
+
+    number: int
+    task: Task
+
+
+def numbered_answer(work: Callable[[Task], Answer], numbered: Numbered[Task]) -> Answer:
+    """Do a task that has a number."""
+    return work(numbered.task)
 
 
 def answer_of(work: Callable[[Task], Answer], task: Task) -> Answer | TribopipeError:
@@ -32,6 +44,8 @@ def lost(task: object) -> BatchError:
 
 def name_of(task: object) -> str:
     """Return what a task is called, as far as it is a name or a path."""
+    if isinstance(task, Numbered):
+        return name_of(task.task)
     return str(task) if isinstance(task, str | Path) else ""
 
 

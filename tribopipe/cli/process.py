@@ -150,7 +150,7 @@ def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Se
     from tribopipe.views.figure_updates import drawn, figure_steps
 
     steps = figure_steps(store, outcomes, formats)
-    return in_order(followed(drawn(steps, who), "figures", len(steps)))
+    return followed(drawn(steps, who), "figures", len(steps))
 
 
 def _unseen(store: "Archive", outcomes: "list[Outcome]") -> "Iterator[Outcome]":

@@ -117,12 +117,12 @@ def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Ou
     """Process and report each run; one that fails does not stop the others. Omits outcomes of preprocessing."""
     from tribopipe.archive.steps import step_in_words
     from tribopipe.base.errors import TribopipeError
-    from tribopipe.base.executor import as_done
+    from tribopipe.base.executor import in_turn
     from tribopipe.pipeline.stages import Outcome
 
     found: dict[str, list[Outcome]] = {}
     with progress(step_in_words(stage), len(ids)) as moved:
-        for run_id, answer in as_done(partial(_taken, stage=stage, steps=steps), ids, who):
+        for run_id, answer in in_turn(partial(_taken, stage=stage, steps=steps), ids, who):
             outcomes = [Outcome.failed(run_id, stage, answer)] if isinstance(answer, TribopipeError) else answer
             for outcome in outcomes:
                 tell(outcome)

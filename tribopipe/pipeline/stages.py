@@ -15,7 +15,7 @@ from tribopipe.archive.single_run import OneRun
 from tribopipe.archive.steps import STEPS, WEAR_FITS, StepName, StepStage, stage_of
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
-from tribopipe.base.executor import ALONE, Crew, as_done, at_work
+from tribopipe.base.executor import ALONE, Crew, at_work, in_turn
 from tribopipe.base.failures import in_a_sentence
 from tribopipe.base.files import found_below, natural_order
 from tribopipe.documents.manifest import MANIFEST_NAME, manifest_path
@@ -261,8 +261,8 @@ def process(
 
     Runs of the same bodies in the same environment are predicted from the one under the lightest load, as in the
     paper, except those that are ``studied``: a study states the runs that they are predicted from. A run that fails
-    does not stop the others. A crew takes several runs at once; their outcomes come as runs end, and have the place
-    of their run.
+    does not stop the others. A crew takes several runs at once; their outcomes come in the order of the runs all the
+    same, and have the place of their run.
     """
     recipe = recipe or Recipe()
     with at_work(crew) as at_hand:
@@ -335,7 +335,7 @@ def in_groups(
     take: Callable[[Item], Answer], groups: Iterable[Sequence[tuple[int, Item]]], crew: Crew
 ) -> Iterator[tuple[int, Item, Answer | TribopipeError]]:
     """Take items by a crew, those of a group one after the other; give the place of each, and what came of it."""
-    for placed, answers in as_done(partial(_take_group, take), groups, crew):
+    for placed, answers in in_turn(partial(_take_group, take), groups, crew):
         for number, (place, item) in enumerate(placed):
             yield place, item, answers if isinstance(answers, TribopipeError) else answers[number]
 
@@ -398,7 +398,7 @@ def predict_from_lightest(
     for name, why in references.unreadable:
         yield Outcome.failed(Path(name).stem, "prediction", ArchiveError(why))
     predict = partial(_predict_under_each, archive=archive, recipe=recipe, force=force)
-    for (run_id, _), outcomes in as_done(predict, _with_references(run_ids, laws, references), crew):
+    for (run_id, _), outcomes in in_turn(predict, _with_references(run_ids, laws, references), crew):
         if isinstance(outcomes, TribopipeError):
             yield Outcome.failed(run_id, "prediction", outcomes)
         else:

@@ -211,8 +211,8 @@ def process_studies(
 ) -> Iterator[Outcome]:
     """Run studies; one that fails does not stop the others.
 
-    A crew takes several at once, but those that have a run in common one after the other; their outcomes come as
-    studies end, and have the place of their study.
+    A crew takes several at once, but those that have a run in common one after the other; their outcomes have the
+    place of their study.
     """
     take = partial(_studied, archive=archive, recipe=recipe, force=force)
     if crew.is_alone:

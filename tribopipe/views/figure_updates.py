@@ -1,12 +1,11 @@
 """Updates of figures after a batch, including those that an earlier, interrupted batch did not draw."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import TribopipeError
-from tribopipe.base.executor import ALONE, Crew, as_done
+from tribopipe.base.executor import ALONE, Crew, in_turn
 from tribopipe.pipeline.stages import Outcome, attempted
 from tribopipe.views.archived_figures import run_is_drawn, save_run_figures, save_study_figures, study_is_drawn
 
@@ -32,13 +31,12 @@ def figure_steps(archive: Archive, outcomes: Sequence[Outcome], formats: Sequenc
 
 def drawn(steps: Sequence[Step], crew: Crew = ALONE) -> Iterator[Outcome]:
     """Draw the figures; yield the outcome for each run and study. One that fails does not stop the others."""
-    for (place, (name, _)), answer in as_done(_taken, enumerate(steps), crew):
-        outcome = Outcome.failed(name, "figures", answer) if isinstance(answer, TribopipeError) else answer
-        yield replace(outcome, place=place)
+    for (name, _), answer in in_turn(_taken, steps, crew):
+        yield Outcome.failed(name, "figures", answer) if isinstance(answer, TribopipeError) else answer
 
 
-def _taken(placed: tuple[int, Step]) -> Outcome:
-    _, (name, draw) = placed
+def _taken(step: Step) -> Outcome:
+    name, draw = step
     return attempted(name, "figures", draw)
 
 
