@@ -7,7 +7,7 @@ settling; its scale, the load, the radii and the depth of the groove are off wit
 both is integrated slice by slice, without a line of tribopipe.
 
 The ideal estimator knows the laws of all that and the variances, but no value: its standard uncertainty is that of
-generalized least squares at the truth. It knows of no settling.
+generalized least squares at the truth. It knows whether the sensor settles, and how fast.
 """
 
 from collections.abc import Sequence
@@ -43,6 +43,8 @@ PAIRS = {
 """Usual k_D of ball and disc, m²/N."""
 _SPREAD = np.log(2.0)
 """Coefficients are between half and twice the usual ones."""
+_SETTLING_TIME = 0.1
+"""Share of the test."""
 _STEP = 1e-4
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
@@ -65,14 +67,15 @@ class Truth(NamedTuple):
         worn = worn_pair(RADIUS * self.radius, self.ball * work, section)
         return np.append(self.scale * (worn.ball + worn.groove)[:-1], worn.groove[-1])
 
-    def ideal(self) -> dict[str, float]:
+    def ideal(self, *, settles: bool) -> dict[str, float]:
         """Return the relative standard uncertainty of both k_D by the ideal estimator."""
         places = SLID * (np.arange(BLOCKS) + 0.5) / BLOCKS
         best = self.readings(places)
         slopes = {name: self._slope(name, places) for name in self._fields}
         covariance = np.diag(np.append(np.full(BLOCKS, NOISE**2 * BLOCKS / SAMPLES), (GROOVE * best[-1]) ** 2))
-        drift = np.append(DRIFT * places / SLID, 0.0)
-        covariance += np.outer(drift, drift)
+        for course in (DRIFT * places / SLID, settles * settled(places / SLID)):
+            disturbing = np.append(course, 0.0)
+            covariance += np.outer(disturbing, disturbing)
         for name, relative in RELATIVE.items():
             covariance += relative**2 * np.outer(slopes[name], slopes[name])
         offset = np.append(np.ones(BLOCKS), 0.0)
@@ -85,6 +88,11 @@ class Truth(NamedTuple):
         value = getattr(self, name)
         low, high = (self._replace(**{name: value * near}).readings(places) for near in (1 - _STEP, 1 + _STEP))
         return np.asarray((high - low) / (2 * _STEP))
+
+
+def settled(progress: Column) -> Column:
+    """Return what a sensor that settles reads in addition, one standard deviation, m, at shares of the test."""
+    return np.asarray(SETTLING * (1 - np.exp(-progress / _SETTLING_TIME)))
 
 
 def true(pair: str, rng: Generator) -> Truth:
@@ -101,7 +109,7 @@ def run_of(truth: Truth, rng: Generator, *, settles: bool) -> RawRun:
     progress = distance / SLID
     depth = np.array(shown) + NOISE * rng.standard_normal(SAMPLES) + DRIFT * rng.standard_normal() * progress
     if settles:
-        depth += SETTLING * rng.standard_normal() * (1 - np.exp(-progress / 0.1))
+        depth += rng.standard_normal() * settled(progress)
     body = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
     document = {
         "schema": "tribopipe.run/1",
@@ -153,7 +161,7 @@ def outcomes(seed: int) -> list[Found]:
         rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
         truth = true(pair, rng)
         fit = fit_wear(run_of(truth, rng, settles=settles), "archard", recipe=FIRST_ORDER)
-        ideal = truth.ideal() if truth.ball else {}
+        ideal = truth.ideal(settles=settles) if truth.ball else {}
         for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
             one = fit.bodies.get(body)
             if one is None:
