@@ -24,7 +24,7 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.evaluate import evaluate
 from tribopipe.evaluation.study.member import Member
 from tribopipe.extras.simulate import VirtualTwinDiscTest
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.study import AGREEMENT, BodyVerdict, LawResult, Verdict
 

@@ -17,7 +17,7 @@ import numpy as np
 from labs import Report, arguments
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.physics.hertz import contact_modulus, hertz_radius
 from tribopipe.physics.local.course import STEPS_PER_DECADE, step_ends, wear
 from tribopipe.physics.local.finite_elements import pin_body, quarter_disc

@@ -25,7 +25,7 @@ from tribopipe.archive import nexus
 from tribopipe.archive.provenance import raw_digest
 from tribopipe.archive.runfile import write_annotations, write_marks
 from tribopipe.archive.seal import seal_file
-from tribopipe.archive.steps import WEAR_FITS, Step, StepName
+from tribopipe.archive.step_names import WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.manifest import RunManifest

@@ -17,7 +17,7 @@ import numpy as np
 from labs import Report, arguments
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.twin_disc import DiscPair, published_wear
 

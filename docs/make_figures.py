@@ -17,7 +17,7 @@ from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc, TwinDisc
 from tribopipe.evaluation.measurements.track_profile import examined
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.pipeline.stages import find_runs, process
 from tribopipe.pipeline.studies import load_studies, run_study
 from tribopipe.results.run import Profile

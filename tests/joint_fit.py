@@ -6,8 +6,8 @@ import numpy as np
 
 from tribopipe.base.arrays import Column, Values
 from tribopipe.documents.quantity import Quantity
+from tribopipe.evaluation.wear.drift_and_wear import JointProblem
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
-from tribopipe.evaluation.wear.joint import JointProblem
 
 _LEAST_SPREAD = 1e-12
 """Standard uncertainty, m, of a post-test measurement stated as exact: it cannot be weighted without bound."""

@@ -19,7 +19,7 @@ from sweeps import others_slow
 from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.rescue import rescue
-from tribopipe.archive.steps import STEPS, Step, downstream
+from tribopipe.archive.step_names import STEPS, Step, downstream
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import natural_order

@@ -167,7 +167,7 @@ resource.setrlimit(resource.RLIMIT_CPU, (50, 100))
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.results.run import SourceFile
 asked = SourceFile("a pattern", json.dumps(["b(.)", ["a", "abc"]]).encode())
-print(answer_of("first_hit.py", asked, remedy="none").decode())
+print(answer_of("regex_search.py", asked, remedy="none").decode())
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=os.environ | ONE_THREAD)
     assert done.stdout.strip() == '[1, "c"]', done.stderr

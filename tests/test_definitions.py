@@ -31,7 +31,7 @@ from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import process, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 from tribopipe.readers import long_runs as means
 from tribopipe.readers import long_text

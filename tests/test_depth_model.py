@@ -19,10 +19,10 @@ from tribopipe.evaluation.wear.depth_problem import depth_problem
 from tribopipe.evaluation.wear.findings import DECISIVE
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.problem import wear_problem
+from tribopipe.physics.depth_model.block_averages import blocks_of, steps
 from tribopipe.physics.depth_model.mixture import Anchor, Regression, _Projected
 from tribopipe.physics.depth_model.posterior import SCORES, DepthReading, MeasuredDepth, depth_posterior
 from tribopipe.physics.depth_model.prior_sensitivity import widened
-from tribopipe.physics.depth_model.samples import blocks_of, steps
 from tribopipe.physics.depth_model.terms import AMPLITUDES, optional_terms, wanders
 from tribopipe.physics.pin_on_track import volume_growth
 

@@ -11,7 +11,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.study.design import designs
+from tribopipe.evaluation.study.further_tests import designs
 from tribopipe.evaluation.study.member import Member, PosedRun, at_length
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import budget

@@ -33,7 +33,7 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.wear.measurement_problem import measurement_problem
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 

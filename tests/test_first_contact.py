@@ -23,7 +23,7 @@ from tribopipe.base import errors
 from tribopipe.base.errors import CheckError, InternalError, TribopipeError
 from tribopipe.cli.app import app
 from tribopipe.cli.completion import SHELLS, complete
-from tribopipe.cli.manual import links, pages, sections
+from tribopipe.cli.documentation import links, pages, sections
 from tribopipe.cli.next_steps import Whereabouts, ids_in, look_around, next_steps
 from tribopipe.documents.annotation import Mark
 from tribopipe.evaluation.checks import (  # noqa: F401, which register their checks
@@ -34,7 +34,7 @@ from tribopipe.evaluation.checks import (  # noqa: F401, which register their ch
 )
 from tribopipe.evaluation.checks.registry import CHECKS, refuse_errors
 from tribopipe.evaluation.wear import findings as doubts
-from tribopipe.pipeline.verify.look import CheckName
+from tribopipe.pipeline.verify.file_findings import CheckName
 from tribopipe.results.finding import Finding
 from tribopipe.shipped import shipped
 
@@ -335,7 +335,7 @@ def test_on_a_terminal_an_error_is_followed_by_where_to_read_on(on_a_terminal, m
 
     say_where_to_read(["unit-error", "axis_constant", "unit-error", "of_a_plug_in"])
     assert on_a_terminal == ["more on this: tribopipe help unit-error axis_constant"]
-    monkeypatch.setattr("tribopipe.cli.manual.links", lambda codes: [f"https://x.org/{code}" for code in codes])
+    monkeypatch.setattr("tribopipe.cli.documentation.links", lambda codes: [f"https://x.org/{code}" for code in codes])
     say_where_to_read(["fit-error"])
     assert on_a_terminal[1:] == ["more on this: tribopipe help fit-error\nhttps://x.org/fit-error"]
     exit_with([], some_done=True, warned=["load_sign"])

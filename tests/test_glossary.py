@@ -9,7 +9,7 @@ from folders import ROOT
 from tribopipe.archive.catalog.listing import COLUMNS
 from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.archive.definitions.parts import GroupPart
-from tribopipe.archive.steps import STEPS
+from tribopipe.archive.step_names import STEPS
 from tribopipe.base.units import pretty
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record

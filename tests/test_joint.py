@@ -19,9 +19,9 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.wear.drift_and_wear import JointProblem, joint_problem
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
-from tribopipe.evaluation.wear.joint import JointProblem, joint_problem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import coefficient_draws, solve_draws
 from tribopipe.extras.simulate import VirtualTest

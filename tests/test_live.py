@@ -22,7 +22,7 @@ from tribopipe.documents.manifest import EndValues, RunManifest, read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.wear.joint import joint_problem
+from tribopipe.evaluation.wear.drift_and_wear import joint_problem
 from tribopipe.evaluation.wear.problem import wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.extras.live.alarms import StuckSensor, departure, friction_alarms, load_alarms, recursive_residuals

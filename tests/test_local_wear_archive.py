@@ -10,7 +10,7 @@ from sweeps import others_slow
 from test_archive import nxcheck, run_with, step
 
 from tribopipe.archive.local_wear_tables import archived_local_wear, local_wear_tables
-from tribopipe.archive.steps import Step
+from tribopipe.archive.step_names import Step
 from tribopipe.archive.store import Archive
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe

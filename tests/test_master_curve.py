@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.physics import pin_on_track
-from tribopipe.physics.master_curve import at_many
+from tribopipe.physics.interpolation import at_many
 from tribopipe.physics.pin_on_track import SphereOnTrack, WornContact
 
 RNG = np.random.default_rng(7)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribopipe.archive.steps import METHODS, STEPS, method_number
+from tribopipe.archive.step_names import METHODS, STEPS, method_number
 from tribopipe.archive.store import Archive
 from tribopipe.documents.quantity import change, wear_coefficient
 from tribopipe.pipeline import step_definitions

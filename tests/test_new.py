@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import RunManifest, read_manifest
-from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.blanks import BLANKS, ask_for_missing
 from tribopipe.readers.draft.folder import Wanted, fit_for_id, make_run
 from tribopipe.readers.draft.known_values import Given, Known, comment, problem_of, toml, value_of

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tribopipe.archive.single_run import OneRun
+from tribopipe.archive.deferred_write import OneRun
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.annotation import Annotation

@@ -9,7 +9,7 @@ from folders import replace_in, set_key
 
 from tribopipe.archive import nexus
 from tribopipe.archive.outline import StepOutline
-from tribopipe.archive.steps import STEPS
+from tribopipe.archive.step_names import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact import Pin

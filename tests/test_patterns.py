@@ -16,9 +16,9 @@ from tribopipe.base.errors import ManifestError
 from tribopipe.cli.options import friction_path
 from tribopipe.documents.contact import _CALLED
 from tribopipe.documents.toml import parse_toml
-from tribopipe.evaluation.checks import channels, materials
+from tribopipe.evaluation.checks import channels, material_ranges
 from tribopipe.extras.live.priors import _GIVEN
-from tribopipe.physics.conventions import LAW_PATTERN
+from tribopipe.physics.calculation_methods import LAW_PATTERN
 from tribopipe.readers.formats import rtec
 from tribopipe.readers.formats.anton_paar import _SETTING
 from tribopipe.readers.formats.gwyddion import _COMMENT
@@ -44,7 +44,7 @@ def _partial_names() -> list[str]:
 
 BUILT = {
     "archive/definitions/parts.py": [(name, "fullmatch") for name in _partial_names()],
-    "cli/manual.py": [(r"(?<!\w)two\ words(?!\w)", "findall")],
+    "cli/documentation.py": [(r"(?<!\w)two\ words(?!\w)", "findall")],
     "documents/contact.py": [
         (pattern, call)
         for one in _CALLED.values()
@@ -52,13 +52,13 @@ BUILT = {
     ],
     "documents/record.py": [(LAW_PATTERN, "fullmatch")],
     "evaluation/checks/channels.py": [(names, "fullmatch") for _, names in channels._EXTRAS.values()],
-    "evaluation/checks/materials.py": [(one.names, "search") for one in materials.CLASSES],
+    "evaluation/checks/material_ranges.py": [(one.names, "search") for one in material_ranges.CLASSES],
     "readers/formats/rtec.py": [(f"(?i){pattern}", "fullmatch") for pattern, _ in rtec._MEANINGS],
     # Each part of one with * is sought once: fnmatch writes (?>.*?part).
     "archive/catalog/query.py": [(r"(?s:a.b.*)\Z", "match")],
     # Written by a lab, and searched for in bounded time: tests/test_described.py.
     "documents/reader_profile.py": [],
-    "readers/subprocess_readers/first_hit.py": [],
+    "readers/subprocess_readers/regex_search.py": [],
 }
 """What patterns are made of while tribopipe runs."""
 

@@ -13,7 +13,7 @@ from sweeps import others_slow
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.readers.column_meanings import meanings_of
-from tribopipe.readers.fields import is_mostly_numbers, parse_fields, remarks
+from tribopipe.readers.number_fields import is_mostly_numbers, parse_fields, remarks
 from tribopipe.readers.reader import Hints, ReadTable, readers
 from tribopipe.readers.tables import is_placeholder
 from tribopipe.results.run import SourceFile

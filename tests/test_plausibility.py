@@ -7,7 +7,7 @@ import pytest
 from end_value_runs import run_of
 
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.evaluation.checks.materials import CLASSES, expected_of
+from tribopipe.evaluation.checks.material_ranges import CLASSES, expected_of
 from tribopipe.evaluation.checks.registry import check_run
 
 BENCH = {

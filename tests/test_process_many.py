@@ -8,7 +8,7 @@ import pytest
 import typer
 from folders import set_key
 
-from tribopipe.archive.steps import StepName
+from tribopipe.archive.step_names import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.executor import Crew
 from tribopipe.cli.options import Part, crew, seen_by

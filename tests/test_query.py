@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tribopipe.archive.catalog.listing import ALIASES, COLUMNS, column_named, columns_named, step_words
 from tribopipe.archive.catalog.query import Span, holds, matches, parse_where, quoted, where_clause
-from tribopipe.archive.steps import STEPS
+from tribopipe.archive.step_names import STEPS
 from tribopipe.base.errors import QueryError
 from tribopipe.base.units import KINDS, is_unit_of
 

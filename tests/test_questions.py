@@ -6,7 +6,7 @@ They were written before the index in docs/questions.toml, and not with its word
 import pytest
 from folders import ROOT
 
-from tribopipe.cli.manual import entries, page, pages, pages_for, stem, title, weights
+from tribopipe.cli.documentation import entries, page, pages, pages_for, stem, title, weights
 
 ASKED = {
     "my disc wears but not the ball": "not_covered",

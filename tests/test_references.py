@@ -6,7 +6,7 @@ import pytest
 from folders import replace_in
 from sweeps import others_slow
 
-from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.step_names import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.recipe import Recipe

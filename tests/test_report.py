@@ -26,7 +26,7 @@ from tribopipe.results.evaluation import FrictionFit
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
 from tribopipe.views.html.rendering import inline_svg, mathml
-from tribopipe.views.reporting_items import reporting_items
+from tribopipe.views.required_report_items import reporting_items
 from tribopipe.views.run_page import run_page
 from tribopipe.views.study_page import study_page
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from study_runs import AGAIN, HEAVY, LIGHT
 
 from tribopipe.archive.provenance import environment
-from tribopipe.archive.steps import inputs_digest
+from tribopipe.archive.step_names import inputs_digest
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.quantity import Quantity

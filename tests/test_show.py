@@ -9,7 +9,7 @@ import pytest
 from archived_files import edited
 from folders import replace_in, set_key
 
-from tribopipe.archive.part import find_part
+from tribopipe.archive.part_by_path import find_part
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.cli.pages import show_facts, show_run_page, show_study_page

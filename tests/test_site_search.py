@@ -9,7 +9,7 @@ import pytest
 from folders import ROOT
 from test_questions import ASKED, OTHERS
 
-from tribopipe.cli.manual import entries, has_words_of, pages_for
+from tribopipe.cli.documentation import entries, has_words_of, pages_for
 
 SITE = ROOT / "build" / "docs"
 needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="no node, which runs the site's search")

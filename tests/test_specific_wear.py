@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from end_value_runs import CIRCLE, RADIUS, described, run_of, si, track
 
-from tribopipe.archive.steps import STEPS
+from tribopipe.archive.step_names import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.documents.record import Record

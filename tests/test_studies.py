@@ -16,7 +16,7 @@ from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 from sweeps import others_slow
 from test_archive import nxcheck
 
-from tribopipe.archive.steps import METHODS
+from tribopipe.archive.step_names import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError, FitError, TribopipeError

@@ -13,7 +13,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
-from tribopipe.evaluation.study.effective_coefficient import effective_coefficient
+from tribopipe.evaluation.study.k_d_along_test import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction
 from tribopipe.pipeline.studies import run_study

@@ -12,7 +12,7 @@ from tribopipe.archive.definitions.parts import shown_fields
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import Record
-from tribopipe.evaluation.checks.materials import CLASSES
+from tribopipe.evaluation.checks.material_ranges import CLASSES
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.recorded_runs import life_of_pin

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from terminal_session import MARK
 
-from tribopipe.base.number_columns import in_power, number_column, power_for, rounded_value
+from tribopipe.base.column_formatting import in_power, number_column, power_for, rounded_value
 from tribopipe.cli.output import _width, seen
 from tribopipe.evaluation.checks.registry import CHECKS, load_checks
 from tribopipe.results.finding import TITLES, title

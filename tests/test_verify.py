@@ -34,7 +34,7 @@ from tribopipe.pipeline.stages import process, wear_archived_locally
 from tribopipe.pipeline.studies import run_study
 from tribopipe.pipeline.verify import archive as verifying
 from tribopipe.pipeline.verify.archive import Verified, look_at, verify
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 
 PIN, HEAVY, DISC = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k"

@@ -14,8 +14,8 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.study.design import designs
 from tribopipe.evaluation.study.evaluate import evaluate, posed
+from tribopipe.evaluation.study.further_tests import designs
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.geometry import scar_depth, worn_volume
 from tribopipe.views.study_figures import plot_study_wear

@@ -28,14 +28,14 @@ from file_bytes import Extent, content, extents
 from told import Row, asked, tell
 
 from tribopipe.archive.seal import seal_file
-from tribopipe.archive.steps import STEPS
+from tribopipe.archive.step_names import STEPS
 from tribopipe.archive.store import Archive
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.stages import process
 from tribopipe.pipeline.studies import run_study
 from tribopipe.pipeline.verify.archive import look_at, recompute
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 
 SAMPLES = Path(__file__).parents[2] / "sample_runs"
 RUNS = ("si3n4-air-200mN", "si3n4-air-400mN", "si3n4-twin-disc-4pct-100k")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import h5py
 import numpy as np
 
-from tribopipe.archive.part import link_at
+from tribopipe.archive.part_by_path import link_at
 from tribopipe.archive.seal import SEAL_SIZE
 
 _SUPERBLOCK = 96

@@ -30,12 +30,12 @@ from tribopipe.archive.history import FILE_NAME as HISTORY
 from tribopipe.archive.lock import LOCKS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import InternalError, TribopipeError
+from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.plan import Plan
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
-from tribopipe.documents.template import read_template
 from tribopipe.pipeline.stages import ingest
 from tribopipe.readers.toml_reader import described_reader
 

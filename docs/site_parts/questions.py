@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 
 from site_parts.markdown import code, plain, titled
-from tribopipe.cli.manual import ENDINGS, PASSED_OVER, SHORTEST, Entry, entries, title, weights
+from tribopipe.cli.documentation import ENDINGS, PASSED_OVER, SHORTEST, Entry, entries, title, weights
 
 
 def questions_page() -> str:

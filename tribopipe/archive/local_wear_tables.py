@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from tribopipe.archive.steps import Step, Table
+from tribopipe.archive.step_names import Step, Table
 from tribopipe.base.arrays import Column
 from tribopipe.physics.local.course import LocalWear
 from tribopipe.results.local_wear import GlobalWear, LocalCurves, LocalWearResult

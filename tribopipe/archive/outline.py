@@ -19,7 +19,7 @@ from tribopipe.archive.runfile import (
     read_marks,
     read_result,
 )
-from tribopipe.archive.steps import Step, StepName, steps_among
+from tribopipe.archive.step_names import Step, StepName, steps_among
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.record import Record

@@ -41,7 +41,7 @@ from tribopipe.archive.runfile import (
     write_wear_plot,
 )
 from tribopipe.archive.seal import SEAL_SIZE, know, seal_file
-from tribopipe.archive.steps import STEPS, Fingerprints, Step, StepName, step_in_words, steps_among
+from tribopipe.archive.step_names import STEPS, Fingerprints, Step, StepName, step_in_words, steps_among
 from tribopipe.archive.studyfile import (
     StoredStudy,
     StudyOutline,

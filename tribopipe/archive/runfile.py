@@ -42,7 +42,7 @@ from tribopipe.archive.formats import RUN_FORMAT, run_name, write_definition
 from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
 from tribopipe.archive.long_recordings import read_recording, write_recorded
 from tribopipe.archive.provenance import environment, raw_digest
-from tribopipe.archive.steps import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
+from tribopipe.archive.step_names import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si

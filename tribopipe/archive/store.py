@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from tribopipe.archive.outline import archived_curves
 from tribopipe.archive.run_files import RunFiles
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS, Step, StepsByLaw, step_in_words
+from tribopipe.archive.step_names import PREDICTIONS, WEAR_FITS, Step, StepsByLaw, step_in_words
 from tribopipe.base.errors import unknown_name
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit

@@ -15,7 +15,7 @@ from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, 
 from tribopipe.archive.run_files import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
-from tribopipe.base.number_columns import Number, number_column
+from tribopipe.base.column_formatting import Number, number_column
 from tribopipe.base.units import from_si
 from tribopipe.browse.plots import PlotOffer
 from tribopipe.physics.laws import law_label

@@ -16,7 +16,7 @@ from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.hdf5_guard import own_datasets
 from tribopipe.archive.outline import RunOutline
 from tribopipe.archive.run_files import SUFFIX
-from tribopipe.archive.steps import StepName
+from tribopipe.archive.step_names import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.arrays import Column

@@ -21,7 +21,7 @@ from starlette.responses import Response
 
 from tribopipe.archive.hdf5_compression import check_packed
 from tribopipe.archive.hdf5_guard import RawFile, check_attributes
-from tribopipe.archive.part import NoPart, Part, link_at, part_at
+from tribopipe.archive.part_by_path import NoPart, Part, link_at, part_at
 from tribopipe.archive.run_files import SUFFIX
 from tribopipe.browse.guard import inside
 

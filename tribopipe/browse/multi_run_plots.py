@@ -7,7 +7,7 @@ from starlette.exceptions import HTTPException
 
 from tribopipe.browse.file_cache import RunFile, StudyFile
 from tribopipe.browse.plots import PlotOffer, coefficient_offer, run_plots
-from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient, effective_coefficient
+from tribopipe.evaluation.study.k_d_along_test import EffectiveCoefficient, effective_coefficient
 from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_member
 from tribopipe.pipeline.step_definitions import recipe_of

@@ -7,13 +7,13 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.base.arrays import Column
 from tribopipe.browse.file_cache import RunFile
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient, effective_coefficient
+from tribopipe.evaluation.study.k_d_along_test import EffectiveCoefficient, effective_coefficient
 from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_member
 from tribopipe.pipeline.step_definitions import recipe_of

@@ -15,7 +15,7 @@ _ALSO = 2
 
 def topics() -> list[str]:
     """Return all help topics, for shell completion."""
-    from tribopipe.cli.manual import pages, sections
+    from tribopipe.cli.documentation import pages, sections
 
     return [*pages(), *sections()]
 
@@ -51,7 +51,7 @@ def show_help(
 def _answer(question: str, context: typer.Context) -> None:
     """Show the pages that answer a question. Raises ``QueryError`` if none does."""
     from tribopipe.base.errors import QueryError
-    from tribopipe.cli.manual import entries, has_words_of, pages_for, title
+    from tribopipe.cli.documentation import entries, has_words_of, pages_for, title
     from tribopipe.cli.pages import paragraph
 
     is_question = len(question.split()) > 1 or has_words_of(question)  # one that is not may be a misspelled name
@@ -75,7 +75,7 @@ def _answer(question: str, context: typer.Context) -> None:
 
 
 def _list_pages() -> None:
-    from tribopipe.cli.manual import pages, title
+    from tribopipe.cli.documentation import pages, title
 
     rows = [[name, title(name)] for name in pages()]
     table("Pages, opened by `tribopipe help PAGE`", ["page", "about"], rows)
@@ -84,7 +84,7 @@ def _list_pages() -> None:
 
 def _text_of(topic: str, context: typer.Context) -> str | None:
     """Return the text on a topic, in Markdown except for commands; none if there is no such topic."""
-    from tribopipe.cli.manual import page, pages, sections
+    from tribopipe.cli.documentation import page, pages, sections
 
     called = topic.lower().removeprefix("docs/").removesuffix(".md")
     codes = {_plain(code): code for code in sections()}
@@ -104,7 +104,7 @@ def _plain(name: str) -> str:
 def _near(topic: str, context: typer.Context) -> str:
     """Return what was probably meant, the pages that mention it, or how to list all pages."""
     from tribopipe.base.errors import did_you_mean
-    from tribopipe.cli.manual import pages, pages_about, sections
+    from tribopipe.cli.documentation import pages, pages_about, sections
 
     about = pages_about(topic)[:_NAMED] if topic.strip() else []
     if about:

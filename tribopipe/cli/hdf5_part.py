@@ -12,7 +12,7 @@ from tribopipe.cli.pages import heading
 if TYPE_CHECKING:
     import h5py
 
-    from tribopipe.archive.part import Part
+    from tribopipe.archive.part_by_path import Part
     from tribopipe.archive.store import Archive
 
 _DEPTH = 2
@@ -28,7 +28,7 @@ def show_part(store: "Archive", run_id: str, path: str, rows: int) -> None:
 
     Raises ``ArchiveError`` if there is no such part, or it lies in another file.
     """
-    from tribopipe.archive.part import find_part
+    from tribopipe.archive.part_by_path import find_part
 
     with store.open(run_id) as file:
         part = find_part(file, path)
@@ -47,7 +47,7 @@ def part_json(store: "Archive", run_id: str, path: str) -> dict[str, Any]:
     """Return a part of a run's file with its values as JSON types. Raises ``ArchiveError`` as ``show_part`` does."""
     import h5py
 
-    from tribopipe.archive.part import find_part
+    from tribopipe.archive.part_by_path import find_part
 
     with store.open(run_id) as file:
         part = find_part(file, path)
@@ -79,7 +79,7 @@ def _lines(part: "Part", rows: int) -> Iterator[str]:
     """Return the content of a part other than columns, line by line: the tree of a group, a note, an array."""
     import h5py
 
-    from tribopipe.archive.part import find_part
+    from tribopipe.archive.part_by_path import find_part
 
     if isinstance(part, h5py.Dataset):
         yield from _value_lines(part, rows)
@@ -147,7 +147,7 @@ def _plotted(group: "h5py.Group") -> "dict[str, h5py.Dataset]":
     """Return axes and signals of an NXdata group; nothing for another group."""
     import h5py
 
-    from tribopipe.archive.part import find_part
+    from tribopipe.archive.part_by_path import find_part
 
     if _text(group.attrs.get("NX_class", "")) != "NXdata":
         return {}

@@ -101,7 +101,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     from tribopipe.documents.manifest import ProfileSource
     from tribopipe.evaluation.measurements.track_profile import examined
     from tribopipe.readers.column_mapping import read_source
-    from tribopipe.readers.fields import remarks
+    from tribopipe.readers.number_fields import remarks
     from tribopipe.readers.profiles import Units, profiles_in
     from tribopipe.views.profile_figures import save_profile_figures
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from tribopipe.base.number_columns import NOTHING, Number, number_column
+from tribopipe.base.column_formatting import NOTHING, Number, number_column
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
 from tribopipe.cli.output import exit_with, fits, line_width, print_json, print_result, progress, table
 

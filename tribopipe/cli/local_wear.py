@@ -25,7 +25,7 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import finish, followed, print_outcomes, print_result
 from tribopipe.cli.steps import tell
 from tribopipe.cli.subject import Given, folder_subject, is_folder, no_coefficient
-from tribopipe.physics.conventions import Course, Engine
+from tribopipe.physics.calculation_methods import Course, Engine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -179,7 +179,7 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
 
 def _wear_archived(store: "Archive", run_id: str, asked: _Asked) -> "Outcome":
     from tribopipe.archive.local_wear_tables import archived_local_wear
-    from tribopipe.archive.steps import LOCAL_WEAR
+    from tribopipe.archive.step_names import LOCAL_WEAR
     from tribopipe.pipeline.stages import wear_archived_locally
 
     outcome = wear_archived_locally(

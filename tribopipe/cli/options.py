@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from tribopipe.cli.output import keep_stdout_for_json, say
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
@@ -105,7 +105,7 @@ def law_names() -> list[str]:
 def _law(text: str) -> str:
     if text not in law_names():
         from tribopipe.base.plugins import not_installed
-        from tribopipe.physics.conventions import LAW_GROUP
+        from tribopipe.physics.calculation_methods import LAW_GROUP
 
         raise typer.BadParameter(not_installed(LAW_GROUP, "wear law", text))
     return text

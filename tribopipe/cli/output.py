@@ -371,7 +371,7 @@ def say_where_to_read(codes: Iterable[str]) -> None:
     if not asked or not sys.stderr.isatty():
         return
     from tribopipe.base.errors import TribopipeError
-    from tribopipe.cli.manual import links, sections
+    from tribopipe.cli.documentation import links, sections
 
     with suppress(TribopipeError, OSError):
         known = [code for code in asked if code in sections()]

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from tribopipe.archive.steps import PREDICTIONS
+from tribopipe.archive.step_names import PREDICTIONS
+from tribopipe.base.column_formatting import NOTHING, Number, in_power, power_for, rounded_value
 from tribopipe.base.errors import ArchiveError
-from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, from_si, interval_from_si, pretty, signed
 from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, table

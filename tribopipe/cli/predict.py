@@ -31,7 +31,7 @@ from tribopipe.cli.output import finish, followed, print_json, print_outcomes, p
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
 from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, no_coefficient
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 
 if TYPE_CHECKING:
     from tribopipe.documents.contact import Contact

@@ -119,7 +119,7 @@ def _followed(coming: "Iterable[Outcome]", advance: "Advance", *, in_full: bool)
     ``in_full`` shows every finding as a sentence; otherwise they are summarized at the end. Results of thousands of
     runs would fill the memory, and are in the archive.
     """
-    from tribopipe.archive.steps import step_in_words
+    from tribopipe.archive.step_names import step_in_words
 
     kept: list[Outcome] = []
     warned: set[tuple[str, str, str]] = set()

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from tribopipe.base.number_columns import NOTHING, Number, in_power, power_for, rounded_value
+from tribopipe.base.column_formatting import NOTHING, Number, in_power, power_for, rounded_value
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, say, table

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tribopipe.base.number_columns import number_column
+from tribopipe.base.column_formatting import number_column
 from tribopipe.cli.listing import Cells
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
@@ -143,7 +143,7 @@ def say_amended(outcome: "Outcome") -> None:
     """Report the steps that were removed because they depend on the earlier run.toml."""
     if outcome.dropped is None:
         return
-    from tribopipe.archive.steps import step_in_words
+    from tribopipe.archive.step_names import step_in_words
 
     names = ", ".join(map(step_in_words, outcome.dropped))
     dropped = f"; steps that depend on it are removed: {names}" if names else ""

@@ -75,7 +75,7 @@ def fit(
     verbose: Verbose = 0,
 ) -> None:
     """Fit friction and the wear coefficient k_D of archived runs."""
-    from tribopipe.archive.steps import WEAR_FITS
+    from tribopipe.archive.step_names import WEAR_FITS
 
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe, engine)
@@ -115,7 +115,7 @@ _Steps = Callable[[str], "Iterator[Outcome]"]
 
 def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Outcome]":
     """Process and report each run; one that fails does not stop the others. Omits outcomes of preprocessing."""
-    from tribopipe.archive.steps import step_in_words
+    from tribopipe.archive.step_names import step_in_words
     from tribopipe.base.errors import TribopipeError
     from tribopipe.base.executor import in_turn
     from tribopipe.pipeline.stages import Outcome
@@ -163,7 +163,7 @@ def say_change(outcome: "Outcome") -> None:
 
 def tell(outcome: "Outcome") -> None:
     """Report the outcome of a step."""
-    from tribopipe.archive.steps import step_in_words
+    from tribopipe.archive.step_names import step_in_words
 
     say_change(outcome)
     if outcome.stage == "clean_up":

@@ -73,7 +73,7 @@ def folder_subject(folder: Path, given: Given) -> Subject:
 
 def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
     """Return an archived run, with its own fit unless k_D is given. Raises ``FitError`` if it has no fitted k_D."""
-    from tribopipe.archive.steps import WEAR_FITS
+    from tribopipe.archive.step_names import WEAR_FITS
     from tribopipe.evaluation.load_and_friction import fitted_path, run_path
     from tribopipe.physics.laws import law_title
     from tribopipe.pipeline.archived_results import archived_friction

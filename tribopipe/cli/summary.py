@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from tribopipe.archive.outline import RunOutline, StepOutline
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import record_json, table

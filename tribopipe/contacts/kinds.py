@@ -12,7 +12,7 @@ from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 
 _NO_SLIP = Quantity(value=0.0, unit="1")
 

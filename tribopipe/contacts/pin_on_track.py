@@ -25,7 +25,7 @@ from tribopipe.contacts.wear import State, Steps
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.elastic_start import ElasticSphereOnTrack
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.pin_on_disc import no_published_scheme

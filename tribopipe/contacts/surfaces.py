@@ -17,7 +17,7 @@ from tribopipe.contacts.pin_on_disc import no_local_wear_of_a_block, pin_contact
 from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.physics.conventions import Engine
+from tribopipe.physics.calculation_methods import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.contact_solvers import Surface

@@ -16,7 +16,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse
 from tribopipe.physics.twin_disc import DiscPair, DiscWear, published_wear
 from tribopipe.results.input_quantities import Input, best_values, relative_input

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 from tribopipe.base.arrays import Column, Values
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.wear_fit import HertzStart
 

@@ -1,4 +1,4 @@
 """What people write: runs, recipes, studies, plans, with units and uncertainties.
 
-Imports ``base``, and of ``physics`` the names in ``physics.conventions``.
+Imports ``base``, and of ``physics`` the names in ``physics.calculation_methods``.
 """

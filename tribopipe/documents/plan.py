@@ -29,7 +29,7 @@ from tribopipe.documents.quantity import (
 from tribopipe.documents.recipe import GivenParameter, LawName
 from tribopipe.documents.record import Record, first_problem
 from tribopipe.documents.twin_disc import TwinDisc
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 
 _NOTHING: Mapping[str, Quantity] = MappingProxyType({})
 

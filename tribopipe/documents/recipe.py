@@ -7,7 +7,7 @@ from pydantic import Field
 from tribopipe.documents.preprocessing import AUTOMATIC, CleaningStep
 from tribopipe.documents.quantity import Length, Mass, Position
 from tribopipe.documents.record import InstalledName, Record
-from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN, DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import LAW_GROUP, LAW_PATTERN, DistanceConvention, WearEngine
 
 LAWS = InstalledName(LAW_GROUP, "wear law", LAW_PATTERN)
 LawName = Annotated[str, LAWS]

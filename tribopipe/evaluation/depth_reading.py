@@ -19,9 +19,9 @@ from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, gro
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.masking import spikes
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
+from tribopipe.physics.depth_model.block_averages import DepthSamples, steps
 from tribopipe.physics.depth_model.posterior import SCORES, DepthPosterior, DepthReading, KnownTerm, MeasuredDepth
-from tribopipe.physics.depth_model.samples import DepthSamples, steps
 from tribopipe.physics.depth_model.terms import SETTLING_TIMES
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth

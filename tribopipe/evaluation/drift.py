@@ -43,8 +43,8 @@ from tribopipe.evaluation.measurements.pin_on_disc import EndWear
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.physics.autocorrelation import inflation, left_of
+from tribopipe.physics.depth_model.block_averages import baseline
 from tribopipe.physics.depth_model.posterior import depth_posterior
-from tribopipe.physics.depth_model.samples import baseline
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding, reworded
 from tribopipe.results.run import CorrectedRun, RawRun

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 
 _MOST_ITERATIONS = 60
 _CONVERGED = 1e-13

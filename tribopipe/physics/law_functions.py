@@ -25,7 +25,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.plugins import names
 from tribopipe.base.units import KINDS
-from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN
+from tribopipe.physics.calculation_methods import LAW_GROUP, LAW_PATTERN
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import LawParameter, WearLaw, add_law
 

@@ -26,7 +26,7 @@ from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.base.plugins import Plugins, added, names, not_installed
 from tribopipe.base.units import KINDS
-from tribopipe.physics.conventions import LAW_GROUP, LAW_PATTERN
+from tribopipe.physics.calculation_methods import LAW_GROUP, LAW_PATTERN
 from tribopipe.physics.friction_path import FrictionPath, MeasuredFriction
 
 _PANELS = 1000

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribopipe.physics.geometry import scar_depth, scar_radius_at, segment_area, segment_height, worn_depth
-from tribopipe.physics.master_curve import at_many
+from tribopipe.physics.interpolation import at_many
 
 Array = NDArray[np.float64]
 SHAPE_LEAST, SHAPE_MOST = 3 * np.pi / 16, 2 / 3
@@ -152,7 +152,7 @@ class SphereOnTrack(OnTrack):
         """Return the contact whose pin has lost V_1, m³, and whose groove has the cross-section V_2/L, m².
 
         V_1 = k_1·F_N·S and V_2 = k_2·F_N·S by Archard's law, for the effective sliding distance S. Of many contacts,
-        the shape is that of a master curve (tribopipe.physics.master_curve).
+        the shape is that of a master curve (tribopipe.physics.interpolation).
         """
         v, s = np.broadcast_arrays(_floats(pin_volume), _floats(groove_area))
         many = self._by_master_curve(v, s) if v.size > _MANY else None

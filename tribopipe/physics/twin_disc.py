@@ -52,7 +52,7 @@ from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.physics.disc_contact import Discs
 from tribopipe.physics.disc_course import Course, beyond
 from tribopipe.physics.geometry import cap_height

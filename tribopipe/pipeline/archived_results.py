@@ -8,7 +8,7 @@ from itertools import product
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import ListedRun, of_law
-from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.step_names import WEAR_FITS
 from tribopipe.archive.store import Archive, ArchivedRun
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity

@@ -19,7 +19,7 @@ from typing import Any
 
 import h5py
 
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, inputs_digest, step_in_words
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, inputs_digest, step_in_words
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy, read_study, write_study
 from tribopipe.base.arrays import Column

@@ -11,8 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from tribopipe.archive.single_run import OneRun
-from tribopipe.archive.steps import STEPS, WEAR_FITS, StepName, StepStage, stage_of
+from tribopipe.archive.deferred_write import OneRun
+from tribopipe.archive.step_names import STEPS, WEAR_FITS, StepName, StepStage, stage_of
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
 from tribopipe.base.executor import ALONE, Crew, at_work, in_turn

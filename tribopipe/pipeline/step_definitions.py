@@ -12,7 +12,7 @@ import numpy as np
 
 from tribopipe.archive.local_wear_tables import local_wear_tables
 from tribopipe.archive.provenance import digest, environment
-from tribopipe.archive.steps import (
+from tribopipe.archive.step_names import (
     LOCAL_WEAR,
     PREDICTIONS,
     WEAR_FITS,

@@ -12,9 +12,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from tribopipe.archive.deferred_write import OneRun
 from tribopipe.archive.provenance import digest, environment
-from tribopipe.archive.single_run import OneRun
-from tribopipe.archive.steps import METHODS
+from tribopipe.archive.step_names import METHODS
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError, FitError, ManifestError, TribopipeError, did_you_mean
@@ -29,8 +29,8 @@ from tribopipe.evaluation.checks.samples import broken_off
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.study.design import designs
 from tribopipe.evaluation.study.evaluate import evaluate, posed
+from tribopipe.evaluation.study.further_tests import designs
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, volume_fit
 from tribopipe.evaluation.wear.measurement_problem import measurement_problem

@@ -17,7 +17,7 @@ from tribopipe.base.units import KINDS, is_rotational, is_unit_of, show, to_si
 from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of
-from tribopipe.readers.fields import remarks
+from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
 from tribopipe.results.run import AT_A_LEVER, ExtraColumn, SourceFile

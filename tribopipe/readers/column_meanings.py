@@ -18,7 +18,7 @@ import numpy as np
 from tribopipe.base.units import is_unit_of, to_si
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
-from tribopipe.readers.fields import is_mostly_numbers
+from tribopipe.readers.number_fields import is_mostly_numbers
 from tribopipe.readers.reader import ReadColumn
 from tribopipe.readers.tables import bare_name
 

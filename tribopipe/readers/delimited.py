@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.clock_times import with_clock_times
-from tribopipe.readers.fields import Parsed, parse_fields
 from tribopipe.readers.layout import Layout, find_layout
+from tribopipe.readers.number_fields import Parsed, parse_fields
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
 from tribopipe.readers.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows

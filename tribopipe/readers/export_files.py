@@ -13,9 +13,9 @@ from tribopipe.base.files import beside, pieces_of, read_file
 from tribopipe.documents.manifest import is_described
 from tribopipe.readers import long_text
 from tribopipe.readers.column_meanings import Meaning, OpenUnit, meanings_of, open_units, roles_of
-from tribopipe.readers.fields import remarks
 from tribopipe.readers.header_facts import HeaderFacts, header_facts
 from tribopipe.readers.long_text import LongText
+from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import (
     Hints,
     Holds,

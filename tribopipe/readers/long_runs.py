@@ -38,8 +38,8 @@ from tribopipe.readers.column_mapping import (
     part_of,
     with_file,
 )
-from tribopipe.readers.fields import together
 from tribopipe.readers.long_text import LongText, OtherWords, Words, changed
+from tribopipe.readers.number_fields import together
 from tribopipe.readers.reader import ReadColumn, ReadTable, detect
 from tribopipe.readers.steps import Steps
 from tribopipe.results.run import ExtraColumn, Recording, SourceFile, UnheldSource

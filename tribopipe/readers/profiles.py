@@ -24,7 +24,7 @@ from tribopipe.base.units import is_unit_of, show
 from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
 from tribopipe.documents.twin_disc import DISCS
 from tribopipe.readers.column_mapping import column_in_si, find_column, read_source
-from tribopipe.readers.fields import remarks
+from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import (
     Axis,
     Hints,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError, did_you_mean
-from tribopipe.readers.fields import is_mostly_numbers, together
+from tribopipe.readers.number_fields import is_mostly_numbers, together
 from tribopipe.readers.reader import ReadColumn, Reader, ReadTable
 from tribopipe.readers.tables import bare_name
 

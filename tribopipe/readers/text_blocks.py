@@ -18,8 +18,8 @@ from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import to_si
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.layout import Decimal, Layout
+from tribopipe.readers.number_fields import is_mostly_numbers
 from tribopipe.readers.reader import ReadColumn, ReadTable
 from tribopipe.readers.table_parts import SEGMENT, column_below
 from tribopipe.readers.tables import PLACEHOLDER, is_number

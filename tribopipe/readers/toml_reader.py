@@ -25,7 +25,7 @@ from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, 
 from tribopipe.readers.layout import Decimal, Layout, find_layout
 from tribopipe.readers.reader import Hints, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.subprocess_readers import answer_of
-from tribopipe.readers.subprocess_readers.first_hit import first_hit
+from tribopipe.readers.subprocess_readers.regex_search import first_hit
 from tribopipe.readers.tables import is_number
 from tribopipe.readers.text import Text, decode, sample_lines, trimmed
 from tribopipe.results.run import SourceFile
@@ -44,7 +44,7 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
         return first_hit(pattern, texts)
     asked = SourceFile(file, json.dumps([pattern, texts]).encode("ascii"))
     try:
-        found = json.loads(answer_of("first_hit.py", asked, remedy=""))
+        found = json.loads(answer_of("regex_search.py", asked, remedy=""))
     except ReaderError:
         raise ReaderError(
             f"{file}: found a search for {pattern!r} that does not end; expected a pattern that matches or fails "

@@ -9,6 +9,7 @@ from tribopipe.base.files import write_file
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import SHIPPED
 from tribopipe.documents.dataset import Dataset
+from tribopipe.documents.lab_template import Template
 from tribopipe.documents.manifest import RunManifest, foreign_keys
 from tribopipe.documents.plan import Plan, Truth, TwinDiscTruth
 from tribopipe.documents.preprocessing import CleanUp
@@ -18,7 +19,6 @@ from tribopipe.documents.record import Record
 from tribopipe.documents.report_details import ReportDetails
 from tribopipe.documents.study import Study
 from tribopipe.documents.sweep import Sweep
-from tribopipe.documents.template import Template
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult
 from tribopipe.results.specific_wear import SpecificWear

@@ -9,7 +9,7 @@ from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Metres, Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import Course, Engine
+from tribopipe.physics.calculation_methods import Course, Engine
 from tribopipe.physics.local.course import LocalWear
 
 

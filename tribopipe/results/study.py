@@ -16,7 +16,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SignalName
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.results.finding import Finding
 from tribopipe.results.input_quantities import input_label
 

@@ -18,7 +18,7 @@ from tribopipe.documents.quantity import (
 )
 from tribopipe.documents.recipe import Correction, FrictionSource, LawName
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.results.evaluation import DepthModel
 from tribopipe.results.finding import Finding
 from tribopipe.results.interactive import FitRecord, views

@@ -12,7 +12,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.results.wear_fit import HertzStart, LawValue, WearFit, by
 
 Outcome = Literal[

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 from tribopipe.archive.file_signature import FIGURES
 from tribopipe.archive.local_wear_tables import archived_local_wear
 from tribopipe.archive.outline import RunOutline, archived_curves
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.arrays import Column
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.study.effective_coefficient import effective_coefficient
+from tribopipe.evaluation.study.k_d_along_test import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction, archived_member

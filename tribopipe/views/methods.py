@@ -12,7 +12,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
-from tribopipe.physics.conventions import DistanceConvention
+from tribopipe.physics.calculation_methods import DistanceConvention
 from tribopipe.physics.laws import LAWS, WearLaw, law_label
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.local_wear import LocalWearResult

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tribopipe.archive.steps import PREDICTIONS, WEAR_FITS
+from tribopipe.archive.step_names import PREDICTIONS, WEAR_FITS
 from tribopipe.base.arrays import Column
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp

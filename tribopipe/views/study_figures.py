@@ -19,7 +19,7 @@ from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show, show_for
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient
+from tribopipe.evaluation.study.k_d_along_test import EffectiveCoefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_heading
 from tribopipe.results.evaluation import FrictionFit

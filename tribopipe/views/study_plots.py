@@ -14,7 +14,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.evaluation.study.effective_coefficient import EffectiveCoefficient
+from tribopipe.evaluation.study.k_d_along_test import EffectiveCoefficient
 from tribopipe.physics.friction_path import junction_factor
 from tribopipe.physics.laws import law_label, law_title
 from tribopipe.results.evaluation import COVERAGE_FACTOR

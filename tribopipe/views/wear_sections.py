@@ -5,12 +5,12 @@ from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 from tribopipe.archive.outline import StepOutline
-from tribopipe.archive.steps import StepName
+from tribopipe.archive.step_names import StepName
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Correction
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.laws import law_title
 from tribopipe.results.input_quantities import input_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 from tribopipe.base.errors import QueryError, did_you_mean
 from tribopipe.base.files import natural_order
 from tribopipe.base.plugins import names
-from tribopipe.physics.conventions import LAW_GROUP
+from tribopipe.physics.calculation_methods import LAW_GROUP
 
 ITEM = "\n"
 """Separator between several texts of one run in the catalog."""

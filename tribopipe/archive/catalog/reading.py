@@ -11,7 +11,7 @@ from tribopipe.archive.earlier_manifests import AMENDED
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.nexus import text
 from tribopipe.archive.runfile import read_annotations, read_findings, read_manifest, read_marks, read_result
-from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, StepName, steps_among
+from tribopipe.archive.step_names import PREDICTIONS, STEPS, WEAR_FITS, StepName, steps_among
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, tags_after
 from tribopipe.documents.contact import Pin

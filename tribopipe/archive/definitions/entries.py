@@ -23,7 +23,7 @@ from tribopipe.archive.definitions.parts import (
 )
 from tribopipe.archive.formats import RUN_FORMAT, STUDY, STUDY_FORMAT, run_name
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
 from tribopipe.documents.contact import SLIDING, Specimen
 from tribopipe.documents.contact_kinds import contacts, variants
 from tribopipe.documents.manifest import Conditions, EndValues, foreign_keys

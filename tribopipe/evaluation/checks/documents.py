@@ -11,7 +11,7 @@ import tribopipe.evaluation.checks.restarts
 import tribopipe.evaluation.checks.runout  # noqa: F401 - all register further checks
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID
+from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.readings import PinWay
 from tribopipe.results.run import AT_A_LEVER, RawRun

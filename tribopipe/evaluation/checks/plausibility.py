@@ -14,7 +14,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.checks.materials import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
+from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear

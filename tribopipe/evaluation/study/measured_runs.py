@@ -36,7 +36,7 @@ from tribopipe.evaluation.study.verdict import (
 from tribopipe.evaluation.wear.inputs import DISC_INPUTS
 from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 

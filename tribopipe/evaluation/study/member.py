@@ -19,12 +19,12 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.study import Study, check_bodies
 from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
+from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem, joint_problem
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values, law_as_given
-from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem, joint_problem
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import budget, solve_draws
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import CorrectedRun

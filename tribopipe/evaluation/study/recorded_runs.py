@@ -34,7 +34,7 @@ from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.uncertainty import solve_draws
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.friction_path import MeasuredFriction
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_radius
 from tribopipe.results.study import (

@@ -41,7 +41,7 @@ from tribopipe.evaluation.study.verdict import (
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
 from tribopipe.evaluation.wear.problem import pin_depth_by_reading
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution

@@ -26,11 +26,11 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
+from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.inputs import draw_values
-from tribopipe.evaluation.wear.joint import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.problem import Tangent, WearProblem
+from tribopipe.physics.depth_model.block_averages import DepthSamples
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
-from tribopipe.physics.depth_model.samples import DepthSamples
 from tribopipe.physics.laws import LawParameter
 from tribopipe.physics.pin_on_track import volume_growth
 from tribopipe.results.run import CorrectedRun, RawRun

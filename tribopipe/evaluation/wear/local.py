@@ -28,7 +28,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.prediction import wear_scenario
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
-from tribopipe.physics.conventions import Course, DistanceConvention, Engine
+from tribopipe.physics.calculation_methods import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.local.contact_solvers import Surface
 from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear

@@ -38,7 +38,7 @@ from tribopipe.evaluation.wear.inputs import (
     law_inputs,
 )
 from tribopipe.physics.autocorrelation import inflation, left_of
-from tribopipe.physics.conventions import WearEngine
+from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.pin_on_disc import PinContact

@@ -20,7 +20,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.inputs import law_inputs, require_all
-from tribopipe.physics.conventions import DistanceConvention, WearEngine
+from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR

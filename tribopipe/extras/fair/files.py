@@ -17,7 +17,7 @@ import orjson
 from markupsafe import Markup
 
 from tribopipe.archive.earlier_manifests import EarlierManifest
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.record import Record

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from statistics import fmean, stdev
 from typing import NamedTuple
 
-from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.step_names import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, UnitError
 from tribopipe.base.units import KINDS, parse

@@ -22,8 +22,8 @@ from tribopipe.evaluation.drift import SensorTrace
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.inputs import instrument_inputs, law_as_given, law_inputs
-from tribopipe.evaluation.wear.joint import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.problem import NODES, about_smooth
 from tribopipe.extras.live.state import Means, State
 from tribopipe.physics.autocorrelation import effective_samples, inflation

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tribopipe.archive.provenance import digest
-from tribopipe.archive.steps import WEAR_FITS
+from tribopipe.archive.step_names import WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, ManifestError, UnitError
 from tribopipe.base.units import parse, show

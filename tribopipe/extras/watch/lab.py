@@ -5,9 +5,9 @@ from pathlib import Path
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.executor import Crew
+from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import MANIFEST_NAME
 from tribopipe.documents.recipe import Recipe
-from tribopipe.documents.template import read_template
 from tribopipe.extras.watch.drops import stamp_of
 from tribopipe.extras.watch.journal import Entry
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
-from tribopipe.physics.conventions import Scheme
+from tribopipe.physics.calculation_methods import Scheme
 from tribopipe.physics.local.contact_solvers import Contact, Surface
 
 STEPS_PER_DECADE = 16

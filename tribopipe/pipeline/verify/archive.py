@@ -21,9 +21,9 @@ from tribopipe.base.files import natural_order
 from tribopipe.pipeline.comparison import Redone
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
 from tribopipe.pipeline.verify.contents import SeenRun, SeenStudy, check_agreement, look_into_run, look_into_study
+from tribopipe.pipeline.verify.file_findings import Look
 from tribopipe.pipeline.verify.folder import look_around, look_into_catalogue
 from tribopipe.pipeline.verify.history import look_into_history
-from tribopipe.pipeline.verify.look import Look
 from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 from tribopipe.results.finding import Finding
 

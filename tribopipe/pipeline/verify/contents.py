@@ -27,14 +27,14 @@ from tribopipe.archive.runfile import (
     source_sha256,
     wear_curves,
 )
-from tribopipe.archive.steps import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest, steps_among
+from tribopipe.archive.step_names import PREDICTIONS, STEPS, WEAR_FITS, Step, StepName, inputs_digest, steps_among
 from tribopipe.archive.studyfile import read_study
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.pipeline.studies import known_by
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 from tribopipe.results.wear_fit import WearFit
 
 _REDO = "`tribopipe process --force` writes it again"

@@ -20,7 +20,7 @@ from tribopipe.archive.removal import REMOVED
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.files import is_old, leftovers
 from tribopipe.pipeline.last_pass import FILE_NAME as LAST_PASS
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 
 _SAID = (
     "SELECT sha256, error FROM files WHERE name = ?",

@@ -10,7 +10,7 @@ from tribopipe.archive.history import FILE_NAME, Account, Entry, Known, State, a
 from tribopipe.archive.lock import share_of, writers_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.base.errors import ArchiveError, did_you_mean
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 
 _ACCEPT = "tribopipe verify --accept"
 _RESTORE = "restore the archive from a copy"

@@ -20,7 +20,7 @@ from h5py import h5a, h5l
 from tribopipe.archive.definitions.nxdl import definitions
 from tribopipe.archive.definitions.parts import FieldPart, GroupPart, Kind, Part
 from tribopipe.archive.hdf5_compression import check_packed
-from tribopipe.pipeline.verify.look import Look
+from tribopipe.pipeline.verify.file_findings import Look
 
 
 @dataclass(frozen=True)

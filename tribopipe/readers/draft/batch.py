@@ -21,9 +21,9 @@ import numpy as np
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.base.files import natural_order
 from tribopipe.base.units import is_unit_of, to_si
+from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import read_quantity
-from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.blanks import Ask, Say
 from tribopipe.readers.draft.folder import NewRun, RunPlan, Wanted, fit_for_id, make_planned, planned, refuse_places
 from tribopipe.readers.draft.known_values import Given, Known, nested

@@ -13,9 +13,9 @@ from typing import Any
 
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.base.process_lifecycle import undone_by
+from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, EndValues, RunManifest, is_described
 from tribopipe.documents.record import read_document
-from tribopipe.documents.template import read_template
 from tribopipe.readers.draft.blanks import Ask, Say, ask_for_missing
 from tribopipe.readers.draft.known_values import Given, Known
 from tribopipe.readers.draft.measurements_table import is_of_tests

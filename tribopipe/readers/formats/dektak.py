@@ -31,9 +31,9 @@ from dataclasses import dataclass, replace
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.fields import is_mostly_numbers
 from tribopipe.readers.headed_tables import judge_lines
 from tribopipe.readers.layout import Layout
+from tribopipe.readers.number_fields import is_mostly_numbers
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.tables import split_name
 from tribopipe.readers.text import Text, decode, sample_lines, split_rows, trimmed

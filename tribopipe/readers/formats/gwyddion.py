@@ -28,8 +28,8 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit, is_unit_of, to_si
 from tribopipe.readers.delimited import read_table
-from tribopipe.readers.fields import together
 from tribopipe.readers.layout import Layout
+from tribopipe.readers.number_fields import together
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable, refused
 from tribopipe.readers.tables import is_gap, is_number
 from tribopipe.readers.text import BLANKS, Text, decode, sample_lines

@@ -22,7 +22,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.documents.signals import SIGNALS
-from tribopipe.readers.fields import text_column
+from tribopipe.readers.number_fields import text_column
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.results.run import SourceFile

@@ -34,7 +34,7 @@ import numpy as np
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
 from tribopipe.documents.signals import SignalName
-from tribopipe.readers.fields import text_column
+from tribopipe.readers.number_fields import text_column
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.table_parts import is_time, join_parts, seconds_since_first
 from tribopipe.readers.tables import split_name

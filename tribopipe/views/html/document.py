@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from markupsafe import Markup
 
 from tribopipe.archive.outline import RunOutline
-from tribopipe.archive.steps import LOCAL_WEAR, PREDICTIONS, WEAR_FITS
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import show, show_force
 from tribopipe.documents.contact_kinds import spoken
@@ -25,7 +25,7 @@ from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import inline_svg, rendered
 from tribopipe.views.methods import PAPER, Evidence, methods_used, references_of
 from tribopipe.views.page import RunPage, StudyPage, TextTable
-from tribopipe.views.reporting_items import ReportingItem, reporting_items
+from tribopipe.views.required_report_items import ReportingItem, reporting_items
 from tribopipe.views.run_page import results_table, run_page
 from tribopipe.views.study_page import study_page
 

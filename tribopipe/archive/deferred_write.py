@@ -14,7 +14,7 @@ from tribopipe.archive.runfile import (
     read_fingerprints,
     write_step,
 )
-from tribopipe.archive.steps import Step
+from tribopipe.archive.step_names import Step
 from tribopipe.archive.store import Archive
 from tribopipe.results.run import RawRun
 
