@@ -2,6 +2,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 import tomllib
 from datetime import datetime
 
@@ -75,6 +77,15 @@ def test_each_reference_of_the_paper_is_complete():
         assert entry.rstrip().endswith("\n}")
         assert entry.count("{") == entry.count("}")
         assert {"author", "title", "year"} <= set(re.findall(r"(?m)^  (\w+) = \{", entry)), entry
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pandoc") is None, reason="needs pandoc and XeLaTeX")
+def test_the_paper_is_typeset_with_its_references(tmp_path):
+    made = ["pandoc", "paper.md", "--citeproc", "--fail-if-warnings", "--pdf-engine=xelatex", "-o"]
+    done = subprocess.run([*made, str(tmp_path / "paper.pdf")], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "paper.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("name", ["ISSUE_TEMPLATE/bug.yml", "ISSUE_TEMPLATE/format.yml"])

@@ -3,6 +3,7 @@
 import io
 import re
 import shutil
+import subprocess
 
 import numpy as np
 import openpyxl
@@ -121,6 +122,20 @@ def test_latex_states_value_unit_and_uncertainty(runs):
     assert int(last) == pytest.approx(u * 1e8 * 10 ** len(value.partition(".")[2]), abs=0.5)
     assert "output-decimal-marker" not in text
     assert "\\sisetup{output-decimal-marker = {,}}" in runs_latex(runs, decimal_comma=True).decode()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+@pytest.mark.parametrize("comma", [False, True], ids=["point", "comma"])
+def test_latex_is_typeset(heavy_runs, tmp_path, comma):
+    table = runs_latex(heavy_runs, decimal_comma=comma).decode()
+    preamble = "\\documentclass{standalone}\n" + re.search(r"(?m)^% (\\usepackage.*)", table).group(1)
+    text = f"{preamble}\n\\begin{{document}}\n{table}\n\\end{{document}}\n"
+    (tmp_path / "runs.tex").write_text(text, encoding="utf-8")
+    made = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "runs.tex"]
+    done = subprocess.run(made, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8", errors="replace")
+    assert done.returncode == 0, done.stdout
+    assert (tmp_path / "runs.pdf").stat().st_size > 0
 
 
 def test_markdown_is_a_table(heavy_runs):
