@@ -63,7 +63,7 @@ FLAGS = {
     "import": COMMON,
     "reproduce": COMMON,
     "rescue": {"--to", "--json"},
-    "verify": COMMON | {"--run", "--recompute", "--against", "--accept"},
+    "verify": COMMON | {"--run", "--recompute", "--against", "--accept", "--jobs"},
     "remove": COMMON | {"--study", "--force"},
     "restore": COMMON | {"--study"},
     "report": {"--output", "--details", "--standard", "--customer", "--pdf", "--run", "--archive", "--force"},

@@ -25,6 +25,7 @@ from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.provenance import digest
 from tribopipe.archive.removal import remove as take_out
 from tribopipe.archive.store import Archive
+from tribopipe.base.executor import Crew
 from tribopipe.base.files import sha256_of
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.recipe import Recipe, WearRecipe
@@ -94,6 +95,18 @@ def test_sound_archive_gives_nothing(whole):
     assert str(verified) == f"3 runs and 1 study, {verified.size / 1e6:.3g} MB, verified: sound"
     assert told == [f"{PIN}.h5", f"{HEAVY}.h5", f"{DISC}.h5", "studies/si3n4-air.h5"]
     assert tree_bytes(whole) == before
+
+
+@pytest.mark.slow
+def test_several_workers_find_the_same_in_the_same_order(copied):
+    with edited(copied / f"{PIN}.h5") as file:
+        change_source(file)
+    (copied / f"{DISC}.h5").write_bytes(b"nothing")
+    one, told, told_by_two = verify(Archive(copied)), [], []
+    assert {finding.code for finding in one.findings} >= {"source", "content"}
+    assert verify(Archive(copied), advance=told.append) == one
+    assert verify(Archive(copied), advance=told_by_two.append, crew=Crew(jobs=2)) == one
+    assert told_by_two == told
 
 
 def change_source(file: h5py.File) -> None:

@@ -184,9 +184,7 @@ def _checks(asked_for: tuple[Path, str]) -> str:
 def _computed_again(asked_for: tuple[Path, str]) -> str:
     """Return the same of computing everything again that a file holds."""
     folder, name = asked_for
-    look = Look(name)
-    recompute(Archive(folder), look, Path(name).stem, study=name.startswith("studies/"))
-    return _named(look)
+    return _named(recompute(Archive(folder), name))
 
 
 def _named(look: Look) -> str:

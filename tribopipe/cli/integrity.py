@@ -2,12 +2,22 @@
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, archived_ids, chosen_ids, load_archive
+from tribopipe.cli.options import (
+    DEFAULT_ARCHIVE,
+    ArchiveFolder,
+    AsJson,
+    JobsOnAllCores,
+    archived_ids,
+    chosen_ids,
+    crew,
+    load_archive,
+)
 from tribopipe.cli.output import FAILED, attempt_each, exit_with, print_json, print_result, progress, say, seen, table
 
 if TYPE_CHECKING:
@@ -21,6 +31,8 @@ if TYPE_CHECKING:
 
 _SHOWN = 16
 """Number of digits of a hash that are shown for copying."""
+_FEW = 12
+"""Files that are verified before other processes have begun."""
 _HASH = re.compile("[0-9a-f]{8,64}")
 
 
@@ -62,6 +74,7 @@ def verify(
             metavar="ID",
         ),
     ] = None,
+    jobs: JobsOnAllCores = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     as_json: AsJson = False,
 ) -> None:
@@ -69,14 +82,20 @@ def verify(
 
     Runs and studies are not changed. Exit code 1 on errors and warnings.
     """
+    from tribopipe.base.executor import at_work
     from tribopipe.pipeline.verify.archive import files_of, verify
 
     if folder is not None and archive not in (DEFAULT_ARCHIVE, folder):
         raise typer.BadParameter(f"found two archives, {folder} and {archive}; expected one")
     store, chosen = load_archive(folder or archive), run_ids or []
     _accept(store, accepted or ())
-    with progress("verify", len(files_of(store.folder, chosen)) * (1 + recompute)) as advance:
-        verified = verify(store, chosen, again=recompute, against=against or "", advance=advance)
+    files, who = len(files_of(store.folder, chosen)), crew(jobs, None, usual=0)
+    few = jobs is None and files < (2 if recompute else _FEW)
+    with (
+        at_work(replace(who, jobs=1) if few else who) as at_hand,
+        progress("verify", files * (1 + recompute)) as advance,
+    ):
+        verified = verify(store, chosen, again=recompute, against=against or "", advance=advance, crew=at_hand)
     for finding in verified.findings:
         print_result(f"{finding.severity}: {seen(str(finding))}")
     if verified.lines:

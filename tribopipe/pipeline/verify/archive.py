@@ -7,6 +7,7 @@ If asked, every step is computed again from what was ingested, and compared with
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
@@ -16,28 +17,31 @@ from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
 from tribopipe.archive.seal import check_every_byte, is_sealed
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, TribopipeError, did_you_mean
+from tribopipe.base.executor import ALONE, Crew, in_turn
 from tribopipe.base.failures import mended_by
 from tribopipe.base.files import natural_order
 from tribopipe.pipeline.comparison import Redone
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
 from tribopipe.pipeline.verify.contents import SeenRun, SeenStudy, check_agreement, look_into_run, look_into_study
-from tribopipe.pipeline.verify.file_findings import Look
+from tribopipe.pipeline.verify.file_findings import CheckName, Look
 from tribopipe.pipeline.verify.folder import look_around, look_into_catalogue
 from tribopipe.pipeline.verify.history import look_into_history
 from tribopipe.pipeline.verify.nexus import check_nexus, read_tree
 from tribopipe.results.finding import Finding
 
 
-def recompute(archive: Archive, look: Look, name: str, *, study: bool) -> None:
-    """Note which steps of a run, or whether a study, come out other than they are archived."""
+def recompute(archive: Archive, name: str) -> Look:
+    """Return which steps of a run, or whether a study, come out other than they are archived, by their file's path."""
+    look, called = Look(name), PurePosixPath(name).stem
     try:
-        redone = (reproduce_study if study else reproduce)(archive, name)
+        redone = (reproduce_study if _is_study(name) else reproduce)(archive, called)
     except TribopipeError as error:
         look.refused("recompute", error)
-        return
+        return look
     for step in redone.steps:
         if not step.same:
-            _tell(look, name, step)
+            _tell(look, called, step)
+    return look
 
 
 def _tell(look: Look, name: str, step: Redone) -> None:
@@ -147,6 +151,7 @@ def verify(
     again: bool = False,
     against: str = "",
     advance: Advance = lambda _: None,
+    crew: Crew = ALONE,
 ) -> Verified:
     """Verify an archive, or only some of its runs; runs and studies are not changed.
 
@@ -163,8 +168,10 @@ def verify(
         Hash of a line of the history that was kept elsewhere, or how it begins.
     advance
         Given the name of each file looked at.
+    crew
+        Who looks at the files, and computes again.
     """
-    looked = _look_at_all(archive.folder, run_ids, advance)
+    looked = _look_at_all(archive.folder, run_ids, advance, crew)
     sound = {name: one.seen for name, one in looked.items() if one.seen is not None}
     looks = [one.look for one in looked.values()]
     told, account = look_into_history(archive.folder, sound.keys(), looked.keys() if run_ids else None, against)
@@ -177,8 +184,8 @@ def verify(
             *look_around(archive.folder),
             *look_into_catalogue(archive.folder, sound.keys(), account.files.keys()),
         ]
-    for name in sound if again else ():
-        recompute(archive, looked[name].look, PurePosixPath(name).stem, study=_is_study(name))
+    for name, redone in in_turn(partial(recompute, archive), sound if again else (), crew):
+        looked[name].look.take_over(_unanswered(name, "recompute", redone))
         advance(name)
     return Verified(
         runs=sum(not _is_study(name) for name in looked),
@@ -207,7 +214,7 @@ def files_of(archive: Path, run_ids: Collection[str] = ()) -> dict[str, Stamp]:
     return {name: there[name] for name in sorted(chosen, key=lambda name: (_is_study(name), natural_order(name)))}
 
 
-def _look_at_all(archive: Path, run_ids: Collection[str], advance: Advance) -> dict[str, _Looked]:
+def _look_at_all(archive: Path, run_ids: Collection[str], advance: Advance, crew: Crew) -> dict[str, _Looked]:
     """Look at files until none was replaced since it was looked at."""
     looked: dict[str, _Looked] = {}
     for _ in range(_ROUNDS):
@@ -216,10 +223,20 @@ def _look_at_all(archive: Path, run_ids: Collection[str], advance: Advance) -> d
         looked = {name: looked[name] for name in looked if name in there}
         if not changed:
             break
-        for name, stamp in changed.items():
-            looked[name] = _Looked(stamp, *look_at(archive, name))
+        for name, answer in in_turn(partial(look_at, archive), changed, crew):
+            told = (_unanswered(name, "content", answer), None) if isinstance(answer, TribopipeError) else answer
+            looked[name] = _Looked(changed[name], *told)
             advance(name)
     return looked
+
+
+def _unanswered(name: str, check: CheckName, answer: Look | TribopipeError) -> Look:
+    """Return a look as it is, or what is noted of a file whose worker gave no look."""
+    if isinstance(answer, Look):
+        return answer
+    look = Look(name)
+    look.refused(check, answer)
+    return look
 
 
 def _is_study(name: str) -> bool:

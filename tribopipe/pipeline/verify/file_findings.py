@@ -85,6 +85,11 @@ class Look:
             message = f"found content archived as {one!r}; expected {expected!r}, as in the file name"
             self.error("identity", message, f"rename the file to {one}.h5, or restore it from a copy")
 
+    def take_over(self, other: "Look") -> None:
+        """Add what another look at the same file found."""
+        if not self._not_given:
+            self.findings += other.findings
+
     def refused(self, check: CheckName, error: TribopipeError, part: str = "") -> None:
         """Take over the sentence of an error: where, what was found, what was expected, how to correct it."""
         sentence = str(error)
