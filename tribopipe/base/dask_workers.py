@@ -158,7 +158,7 @@ def _connected(distributed: Any, scheduler: str) -> Iterator[Any]:
         client = distributed.Client(scheduler, timeout=_ANSWERS_WITHIN, set_as_default=False)
     except OSError:
         raise BatchError(
-            f"--scheduler: found no Dask scheduler at {scheduler}; expected a scheduler that answers within "
+            f"--scheduler: found no Dask scheduler at {scheduler}; expected a scheduler that responds within "
             f"{_ANSWERS_WITHIN} s; start it with `dask scheduler`, or check the address"
         ) from None
     with client:
