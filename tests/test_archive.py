@@ -223,6 +223,7 @@ def test_archived_samples_conform_to_nexus(sample_archive, run_id):
     assert (warnings, errors) == (0, 0), printed
 
 
+@pytest.mark.slow
 def test_archived_twin_disc_sample_conforms_to_nexus(disc_pair):
     warnings, errors, printed = nxcheck(disc_pair.path(DISC_PAIR[1]))
     assert (warnings, errors) == (0, 0), printed

@@ -235,6 +235,7 @@ def workspace(tmp_path, run_cli, few_draws):  # noqa: ARG001 - few while it is t
     return tmp_path
 
 
+@pytest.mark.slow
 def test_k_d_follows_from_the_curve(workspace, run_cli):
     assert "block_scar_width" in (workspace / "ring-1" / "run.toml").read_text(encoding="utf-8")
     done = run_cli("process", "ring-1", "--json", cwd=workspace)

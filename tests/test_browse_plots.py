@@ -383,6 +383,7 @@ def test_two_discs_have_volumes_contact_and_marks(disc_pair):
     ]
 
 
+@pytest.mark.slow
 def test_runs_are_compared_on_one_axis(samples):
     pins = ["again", RUN]
     with serving(samples.folder) as client:

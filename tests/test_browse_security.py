@@ -461,6 +461,7 @@ def test_scripts_in_metadata_are_text(scripted: Client):
     assert scripted.get("api", "runs", RUN).json["title"] == SCRIPT
 
 
+@pytest.mark.slow
 def test_a_report_has_no_script_and_may_have_none(scripted: Client):
     answer = scripted.get("api", "runs", RUN, "report")
     assert answer.headers["content-security-policy"] == REPORT_POLICY

@@ -46,6 +46,7 @@ def test_the_mended_contact_is_that_of_a_full_solution_where_its_status_stays():
     assert course.approach[-1] == pytest.approx(contact.approach, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_drift_is_small_and_corrections_bring_it_back():
     courses = {
         every: wear_economically(PIN, AMOUNTS, increment=INCREMENT, correct_every=every) for every in (None, 2, 1)

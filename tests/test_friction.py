@@ -99,6 +99,7 @@ def test_one_odd_first_point_is_no_running_in(bare_run):
     assert fit_friction(with_friction(bare_run, mu)).outcome == "steady-only"
 
 
+@pytest.mark.slow
 def test_a_running_in_of_few_samples_is_not_stretched_to_more(bare_run):
     """Four samples of running-in by chance look like six in one run of fifty: longer by half, and sure of it."""
     distance = np.linspace(0, 500, 60)

@@ -65,6 +65,7 @@ def test_of_a_flat_pin_with_drift_the_anchor_alone_tells():
     assert ideal_spread(regime) == pytest.approx(anchor_alone, rel=0.01)
 
 
+@pytest.mark.slow
 def test_white_noise_tells_no_more_than_its_samples():
     loud = replace(REGIMES["Si3N4"], noise=(White(1e-3),))
     quiet = replace(loud, noise=(White(1e-9),))

@@ -361,6 +361,7 @@ def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(corr
     assert linear.first.monte_carlo is None
 
 
+@pytest.mark.slow
 def test_uncertain_end_value_gives_an_interval_that_no_first_order_one_comes_near():
     truth, raw = virtual("wc-co-water-400mN", sensors=quiet())
     end, spread = 725e-9, 250e-9

@@ -59,6 +59,7 @@ def process(lab, run_cli, monkeypatch):
     return run
 
 
+@pytest.mark.slow
 def test_the_second_pass_that_finds_nothing_to_do_reads_no_run(lab, process):
     first, second = process(), process()
     assert first[1]

@@ -67,6 +67,7 @@ def test_fields_are_nexus_with_axes_and_units(bare, made):
         assert units == {"pressure": "Pa", "wear": "m", axes[0]: "1" if curves.discs else "m", axes[1]: "m"}
 
 
+@pytest.mark.slow
 def test_fields_are_chunked_and_compressed(bare):
     bare.put_step("bare", put(disc_curves()))
     with bare.open("bare") as file:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import typer
 from folders import set_key
+from sweeps import others_slow
 
 from tribopipe.archive.step_names import StepName
 from tribopipe.archive.store import Archive
@@ -123,7 +124,7 @@ def test_process_takes_all_cores_unless_told_otherwise_or_alone(
     assert taken == [jobs]
 
 
-@pytest.mark.parametrize("command", ["process", "ingest", "correct-drift", "fit"])
+@pytest.mark.parametrize("command", others_slow(["process", "ingest", "correct-drift", "fit"]))
 def test_what_is_printed_does_not_depend_on_which_worker_is_faster(
     run_cli, short_runs, quick, tmp_path, monkeypatch, command
 ):

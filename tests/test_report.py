@@ -327,6 +327,7 @@ def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):
     assert page.all("svg") == []
 
 
+@pytest.mark.slow
 def test_two_discs_have_their_own_items_and_equations(disc_pair):
     page = Page(run_report(disc_pair, ["si3n4-twin-disc-4pct-100k"]))
     assert_inert(page)

@@ -124,6 +124,7 @@ def test_steps_tell_what_they_stand_on_and_what_they_were_computed_with(done):
     assert done.environment(LIGHT) == environment()
 
 
+@pytest.mark.slow
 def test_study_tells_what_it_stands_on_and_what_it_was_computed_with(studied):
     stored = studied.study("air")
     assert stored.stands_on == {run_id: studied.raw_sha256(run_id) for run_id in (LIGHT, AGAIN, HEAVY)}

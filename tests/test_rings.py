@@ -52,6 +52,7 @@ def test_the_global_model_comes_close_once_wear_is_deep():
     assert abs(excess[-1]) < 1e-3
 
 
+@pytest.mark.slow
 def test_more_steps_and_finer_rings_change_little():
     distance = COEFFICIENT * np.array([500.0])
     usual = wear(WORN, distance).depth[-1]

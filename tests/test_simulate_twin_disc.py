@@ -182,6 +182,7 @@ def test_what_the_plan_says_is_measured_on_both_discs(measured):
     assert ends == {name: every[name] for name in ends}
 
 
+@pytest.mark.slow
 def test_end_values_are_off_by_as_much_as_stated():
     errors: dict[str, list[float]] = {}
     for seed in range(200):

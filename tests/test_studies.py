@@ -293,6 +293,7 @@ def test_changed_document_redoes_the_study(quick, changed):
     assert next(run_study(quick, study, Recipe())).status == "unchanged"
 
 
+@pytest.mark.slow
 def test_another_recipe_redoes_the_study_and_the_first_one_again(quick, ran_quick):
     first = result_of(ran_quick[1])
     other = list(run_study(quick, QUICK, OTHER_WINDOW))
@@ -408,6 +409,7 @@ def test_run_of_other_bodies_is_refused(store, other, words, place):
     assert tree_bytes(store.folder) == before
 
 
+@pytest.mark.slow
 def test_a_pin_of_another_radius_is_predicted_and_named(store):
     study = QUICK.model_copy(update={"predict": (*QUICK.predict, "other-radius")})
     outcomes = list(run_study(store, study, Recipe()))

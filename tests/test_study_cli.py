@@ -202,6 +202,7 @@ def test_run_says_k_d_verdicts_and_figures(run_cli, home):
     assert re.search("[\r\x1b]", result.output) is None
 
 
+@pytest.mark.slow
 def test_run_as_json_is_the_result_as_archived(run_cli, home):
     result = run_cli("study", "run", "study.toml", "--no-figures", "--json", cwd=home)
     assert result.exit_code == 0
@@ -218,6 +219,7 @@ def test_run_puts_its_predictions_into_the_runs(run_cli, home):
     assert predicted["bodies"]["pin"]["wear_coefficient"] == law["bodies"]["pin"]["wear_coefficient"]
 
 
+@pytest.mark.slow
 def test_second_run_says_unchanged_and_writes_nothing(run_cli, evaluated):
     before = tree_bytes(evaluated)
     result = run_cli("study", "run", "study.toml", "--no-figures", cwd=evaluated)
@@ -555,6 +557,7 @@ def test_process_as_json_holds_the_studies(run_cli, lab):
     assert not (lab / "archive" / "figures").exists()
 
 
+@pytest.mark.slow
 def test_process_keeps_the_runs_though_a_study_fails(run_cli, lab):
     write_study(lab / "runs", fit=[LIGHT], predict=[HEAVY, "si3n4-air-80mN"])
     result = run_cli("process", "runs", "--recipe", "recipe.toml", "--no-figures", cwd=lab)

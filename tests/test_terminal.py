@@ -87,9 +87,10 @@ MESSAGES_ONLY = (
 """Commands that may have nothing but messages, or what follows a test, to tell."""
 LONG = (
     *("fit", "predict --from", "reproduce", "local-wear", "live", "export dataset", "export umeshmotion", "report"),
-    *("verify", "simulate", "schema"),
+    *("verify", "simulate", "schema", "process runs --no-figures -", "ls --columns", "plan", "remove", "restore"),
+    *("tag", "note", "mark-bad", "ingest", "correct-drift", "export", "new", "study new", "study run", "formats"),
 )
-"""Commands that take so long that they are run among the slow tests alone."""
+"""Commands that take long or show what others do, and so are run among the slow tests alone."""
 WIDTHS = (
     pytest.param((80, False), id="80"),
     pytest.param((80, True), id="80, all", marks=pytest.mark.slow),
