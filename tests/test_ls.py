@@ -38,7 +38,7 @@ def test_usual_columns_are_those_something_is_known_of(ls):
     assert told.exit_code == 0
     title, _, head, rule, first, second, *_ = told.stdout.splitlines()
     assert title.startswith("2 runs in ")
-    assert title.endswith("; k_D from Archard's law")
+    assert title.endswith("; k_D from Archard's law; ± is one standard uncertainty")
     assert re.split("  +", head.strip()) == [
         *(
             "run",

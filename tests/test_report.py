@@ -17,6 +17,7 @@ from study_runs import AGAIN, HEAVY, LIGHT, NO_END
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import pretty, show
+from tribopipe.cli.process_table import show_processed
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
@@ -224,6 +225,33 @@ def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html
     assert all(len(one) > 5 for one in found.values())
     others = {name: found[name] - known for name in pages}
     assert others == {name: set() for name in pages}
+
+
+def test_what_follows_a_plus_minus_in_tables_is_a_standard_uncertainty(studied, run_cli, capsys):
+    records = [studied.study("air").result, *(studied.outline(run_id).manifest for run_id in studied.ids())]
+    records += [step.result for run_id in studied.ids() for step in studied.steps(run_id).values()]
+    known = [one for record in records for one in quantities(record.model_dump())]
+    listed = run_cli("ls", "--archive", studied.folder, "--columns", ",".join(_WITH_U_IN_LS)).stdout
+    show_processed(studied, studied.ids(), [studied.study("air").result])
+    tables = {"ls": listed, "process": capsys.readouterr().out}
+    for name, text in tables.items():
+        pairs = _PAIR.findall(text)
+        assert len(pairs) > 1, text
+        assert "± is one standard uncertainty" in text, name
+        assert [pair for pair in pairs if not any(is_rounded(pair, one) for one in known)] == [], (name, text)
+
+
+_PAIR = re.compile(r"(-?\d+(?:\.\d+)?) ± (\d+(?:\.\d+)?)")
+_WITH_U_IN_LS = ("id", "load", "friction", "k_d", "k_d_sarkar", "end_depth", "predicted_depth", "wear_volume")
+
+
+def is_rounded(pair: tuple[str, str], quantity: dict) -> bool:
+    """Whether a number with an uncertainty is a quantity in some power of ten of its unit, rounded."""
+    value, spread = map(float, pair)
+    half = 0.51 * 10.0 ** -len(pair[1].partition(".")[2])
+    scale = 10.0 ** np.round(np.log10(spread / quantity["standard_uncertainty"])) if spread else 0.0
+    found = scale * quantity["value"], scale * quantity["standard_uncertainty"]
+    return bool(np.all(np.abs(np.subtract((value, spread), found)) <= half))
 
 
 def initial_friction(archive: Archive, run_id: str) -> str:

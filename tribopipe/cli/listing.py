@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from tribopipe.base.column_formatting import NOTHING, Number, number_column
+from tribopipe.base.column_formatting import NOTHING, Number, in_power, number_column
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
 from tribopipe.cli.output import exit_with, fits, line_width, print_json, print_result, progress, table
 
@@ -42,7 +42,14 @@ def show_runs(title: str, runs: "Sequence[ListedRun]") -> None:
         title = f"{title}; k_D from {known.pop()}'s law"
     order = [name for name in (*_FIRST, *columns) if name in columns]
     shown = chosen_columns({name: columns[name] for name in dict.fromkeys(order)}, list(columns))
-    table(title, [one.heading for one in shown], rows_of(shown))
+    show_table(title, shown)
+
+
+def show_table(title: str, columns: "Sequence[Cells]") -> None:
+    """Show columns under a title that explains ±, if it occurs."""
+    uncertain = any("±" in cell for column in columns for cell in column.cells)
+    explained = "; ± is one standard uncertainty" if uncertain else ""
+    table(f"{title}{explained}", [one.heading for one in columns], rows_of(columns))
 
 
 def rows_of(columns: "Sequence[Cells]") -> list[Sequence[str]]:
@@ -80,9 +87,14 @@ def listed_cells(runs: "Sequence[ListedRun]", column: "ListedColumn") -> Cells:
 
 
 def _cells(name: str, label: str, unit: str, numbers: "Sequence[Number | None]") -> Cells:
-    shown = number_column(numbers)
+    # Nobody writes a friction coefficient in thousandths.
+    shown = in_power(numbers, 0) if not unit and _are_coefficients(numbers) else number_column(numbers)
     heading = shown.unit(unit)
     return Cells(name, f"{label}, {heading}" if heading else label, shown.cells)
+
+
+def _are_coefficients(numbers: "Sequence[Number | None]") -> bool:
+    return all(number is None or 1 / _MILLI <= abs(number[0]) < _MILLI for number in numbers)
 
 
 def _number(run: "ListedRun", column: "ListedColumn") -> "Number | None":
@@ -177,8 +189,7 @@ def ls(
         if chosen is None:
             show_runs(title, shown)
         else:
-            cells = [listed_cells(shown, column) for column in chosen]
-            table(title, [one.heading for one in cells], list(zip(*(one.cells for one in cells), strict=True)))
+            show_table(title, [listed_cells(shown, column) for column in chosen])
         if len(shown) < len(runs):
             print_result(f"and {len(runs) - len(shown)} more: add --all, or filter with --where")
     tell_unreadable(catalogue, some_done=bool(runs))
