@@ -63,9 +63,11 @@ def main() -> None:
     medians = {name: statistics.median(taken) for name, taken in times.items()}
     once, listing, *_ = medians.values()
     mark = 1.5 * once + 0.5
-    report.say(f"{options.runs} runs. Every run is read once; after that, what did not change is not opened again.")
+    report.say(
+        f"{options.runs} runs. Each run is read once; after that, files that have not changed are not opened again."
+    )
     rows = [[name, f"{median:.2f} s"] for name, median in medians.items()]
-    each = f"first `tribopipe ls`, {first / options.runs * 1e3:.1f} ms a run"
+    each = f"first `tribopipe ls`, {first / options.runs * 1e3:.1f} ms per run"
     report.table(["Command", "Wall time"], [*rows, [each, f"{first:.1f} s"]])
     met = "met" if listing < mark else "NOT MET"
     report.say(f"Limit for `tribopipe ls`: {mark:.2f} s, {met}.")

@@ -143,28 +143,29 @@ def main() -> int:
     parser = arguments(__doc__ or "")
     parser.add_argument("--runs", type=int, default=200, help="how many runs (%(default)s)")
     options = parser.parse_args()
-    report = Report("Batches whose workers are killed", options)
+    report = Report("Batches with a killed worker", options)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         short_runs(folder / "runs", options.runs)
         quick_recipe(folder)
         alone = batch(folder, ["-j", "1"])
         expected = results(alone.archive)
-        found = [row("this process alone: `-j 1`", alone, options.runs, expected)]
+        found = [row("one process: `-j 1`", alone, options.runs, expected)]
         for name, words, workers in ways(folder):
             done = batch(folder, words, workers, max(options.runs // 2, 1))
             cells, holds = row(name, done, options.runs, expected)
             found.append((cells, holds and done.killed_after is not None))
     report.table(_HEAD, [cells for cells, _ in found])
     report.say(
-        f"{options.runs} runs of 126 samples, without figures and Monte Carlo. The worker that has worked most is "
-        "killed once half of the runs are archived. A result is another where its SHA-256 is not that of `-j 1`."
+        f"{options.runs} runs of 126 samples, without figures and Monte Carlo. The worker that has done the most work "
+        "is killed when half of the runs are archived. A result is different if its SHA-256 differs from that with "
+        "`-j 1`."
     )
     report.finish()
     return 0 if all(holds for _, holds in found) else 1
 
 
-_HEAD = ("Workers", "One killed", "Archived", "`verify`", "Other results", "Time")
+_HEAD = ("Workers", "Worker killed", "Archived runs", "`verify`", "Different results", "Time")
 
 if __name__ == "__main__":
     sys.exit(main())

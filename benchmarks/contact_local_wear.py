@@ -90,8 +90,8 @@ def percents(deviations: list[float]) -> Iterator[str]:
 def paper(report: Report, options: argparse.Namespace) -> None:
     """Compare wear of the paper's ball on tracks that wear more and more."""
     report.say(
-        f"## Si₃N₄, 0.2 N, R {1e3 * RADIUS:g} mm, track radius 4 mm, k₁ 1.35·10⁻⁸ mm²/N\n\nLocal wear, in µm, and by "
-        "how much the engines are above it: volume, local."
+        f"## Si₃N₄, 0.2 N, R {1e3 * RADIUS:g} mm, track radius 4 mm, k₁ 1.35·10⁻⁸ mm²/N\n\nLocal wear in µm, followed "
+        "by the deviations of the engines `volume` and `local` from it."
     )
     rows = []
     for ratio, distance in PAPER:
@@ -109,7 +109,7 @@ def paper(report: Report, options: argparse.Namespace) -> None:
 
 def cases(report: Report, options: argparse.Namespace) -> None:
     """Compare 20 cases from a track that hardly wears to a ball that hardly wears."""
-    report.say("## By how much the engines are above local wear, from one elastic approach of wear on: volume, local")
+    report.say("## Deviations of the engines `volume` and `local` from local wear, for wear depths D ≥ δ₀")
     rows, rigid, elastic = [], [], []
     for share in TRACK_SHARES:
         for depth in DEPTHS:
@@ -123,8 +123,8 @@ def cases(report: Report, options: argparse.Namespace) -> None:
     most = np.max(np.abs(elastic), axis=0)
     agree = [int(np.sum(np.max(np.abs(found), axis=1) <= CLOSE)) for found in (rigid, elastic)]
     report.say(
-        f"All four are within {CLOSE:g} % in {agree[0]} of {len(rows)} cases with the engine `volume`, and in "
-        f"{agree[1]} with `local`, which is off by at most "
+        f"All four quantities are within {CLOSE:g} % of local wear in {agree[0]} of {len(rows)} cases with the engine "
+        f"`volume`, and in {agree[1]} with `local`, whose deviations are at most "
         + ", ".join(f"{one:.2f} % ({name})" for one, name in zip(most, QUANTITIES, strict=True))
         + "."
     )
@@ -133,9 +133,9 @@ def cases(report: Report, options: argparse.Namespace) -> None:
 def limits(report: Report, options: argparse.Namespace) -> None:
     """Find the wear from which on rigid bodies agree."""
     report.say(
-        f"## Wear from which on rigid bodies (`volume`) agree with local wear within {CLOSE:g} %\n\nD/δ₀ for each "
-        "quantity, and the wear depth of the pin alone, in δ₀, from which on both its depth and the length of its scar "
-        "agree."
+        f"## Wear above which rigid bodies (`volume`) agree with local wear within {CLOSE:g} %\n\nThe table lists "
+        "D/δ₀ for each quantity, and the wear depth of the pin alone, divided by δ₀, above which both the wear depth "
+        "and agree."
     )
     depths = np.geomspace(1.0, 100.0, options.depths)
     rows = []
@@ -180,12 +180,12 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=16, help="steps per decade (%(default)s)")
     parser.add_argument("--depths", type=int, default=25, help="wear depths on the way to agreement (%(default)s)")
     options = parser.parse_args()
-    report = Report("Wear of a ball and its track by the engines, and local wear at every point", options)
+    report = Report("Wear of a ball and its track: engines compared with local wear", options)
     report.say(
-        "With all engines, the bodies have lost the same volumes. D is the wear depth of pin and track together, δ₀ "
-        "the elastic approach of the unworn contact, κ = k₂/(k₁·L), b the half-length of the scar. Local wear is "
-        f"computed on {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; each "
-        "case has a grid that reaches beyond its scar and beyond the Hertzian contact."
+        "In all calculations, the wear volumes of the bodies are the same. D is the sum of the wear depths of pin and "
+        "track, δ₀ the elastic approach of the unworn contact, κ = k₂/(k₁·L), and b the half-length of the scar. Local "
+        f"wear is computed at {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; "
+        "in each case, the grid extends beyond the scar and beyond the Hertzian contact."
     )
     paper(report, options)
     cases(report, options)

@@ -306,8 +306,8 @@ def doubts(seed: int) -> list[Doubt]:
 
 def say_what_is_claimed(report: Report, answers: Sequence[Doubt]) -> None:
     """Count claims of both bodies where one reading is missing."""
-    report.say("## With one reading fewer")
-    report.say("With one reading of two, k_D of at most one body can be known.")
+    report.say("## With a missing measurement")
+    report.say("If one of the two measurements is missing, k_D of at most one body can be determined.")
     rows = []
     for kind, missing in dict.fromkeys((one.kind, one.missing) for one in answers):
         of = [one for one in answers if (one.kind, one.missing) == (kind, missing)]
@@ -331,8 +331,8 @@ def say_how_long(report: Report, seed: int, repeats: int) -> None:
             times[name].append(time.process_time() - begun)
     medians = {name: statistics.median(taken[1:]) for name, taken in times.items()}
     base = next(iter(medians.values()))
-    report.say(f"## Processor time of {_DRAWS} draws")
-    report.say(f"Medians of {repeats} alternating repeats after one that is not counted.")
+    report.say(f"## CPU time of {_DRAWS} draws")
+    report.say(f"Medians of {repeats} alternating repeats; an additional first repeat is not counted.")
     report.table(
         ["k_D of", "time", "ratio"],
         [[name, f"{1e3 * took:.2f} ms", f"{took / base:.2f}"] for name, took in medians.items()],
@@ -349,7 +349,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser = arguments(__doc__ or "", labs=1000)
     parser.add_argument("--repeats", type=int, default=21, help="number of repeats of the timing (%(default)s)")
     options = parser.parse_args(words)
-    report = Report("k_D of either body by wear volume", options)
+    report = Report("k_D of each body from wear volumes", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = [found for part in in_parallel(both, seeds, options) for found in part]
     rows = []
@@ -360,10 +360,10 @@ def main(words: Sequence[str] | None = None) -> None:
         counted = share(sum(found.held for found in of), len(of))
         rows.append([kind, body, *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %", f"{wider:.2f}"])
     report.say(
-        "95 % intervals of k_D by first-order propagation; bias is the mean of k_D divided by the true value, minus 1. "
-        "The last column is the median of u divided by that of the ideal estimator."
+        "95 % intervals of k_D from first-order propagation; bias is the mean of k_D divided by the true value, minus "
+        "1. The last column is the median of u divided by that of the ideal estimator."
     )
-    report.table(["contact", "body", "covered", "share", "95 %", "bias", "median u", "u / ideal"], rows)
+    report.table(["contact", "body", "covered", "share", "95 % CI", "bias", "median u", "u / ideal"], rows)
     say_what_is_claimed(report, [one for part in in_parallel(doubts, seeds, options) for one in part])
     say_how_long(report, options.first_seed, options.repeats)
     report.finish()

@@ -120,24 +120,26 @@ def main() -> None:
         "--convention", default="full-slip", help="how the fit counts the sliding distance (%(default)s)"
     )
     options = parser.parse_args()
-    report = Report("Studies of two discs", options)
+    report = Report("Twin-disc studies", options)
     start = time.perf_counter()
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = in_parallel(judged, (Task(seed, options.block, options.convention) for seed in seeds), options)
     labs = [answer for answer in answers if not isinstance(answer, str)]
     minutes = (time.perf_counter() - start) / 60
     report.say(
-        f"{len(answers)} laboratories, {len(labs)} with an answer, in {minutes:.0f} minutes; Monte Carlo in blocks of "
-        f"{options.block} draws; truth counts full-slip, the fit {options.convention}. Ranges are exact binomial 95 % "
-        "intervals."
+        f"{len(answers)} laboratories, {len(labs)} with a result, in {minutes:.0f} minutes; Monte Carlo in blocks of "
+        f"{options.block} draws; convention for the sliding distance: full-slip in the simulation, "
+        f"{options.convention} in the fit. Ranges are exact binomial 95 % intervals."
     )
-    report.say("True values and measurements within their 95 % intervals.")
-    report.table(["of", "covered", "share", "95 %"], held(labs))
+    report.say("True values and measurements inside their 95 % intervals.")
+    report.table(["quantity", "covered", "share", "95 % CI"], held(labs))
     sound = [name for name in (*FITTED, *CHANGES) if CHANGES.get(name) is None]
     raised = sum(any(run.outcome in FALSE for run in lab.runs if run.id in sound) for lab in labs)
-    report.say("Laboratories in which the law is rejected although it holds, in any of the six fault-free runs.")
-    report.table(["of", "count", "share", "95 %"], [["laboratories with a false alarm", *share(raised, len(labs))]])
-    report.say("Agreement of every run.")
+    report.say("Laboratories in which the law is rejected for any of the six fault-free runs, although it holds.")
+    report.table(
+        ["quantity", "count", "share", "95 % CI"], [["laboratories with a false alarm", *share(raised, len(labs))]]
+    )
+    report.say("Agreement of each run.")
     report.table(["run", *(AGREEMENT[one] for one in OUTCOMES)], called(labs))
     report.finish()
 

@@ -101,15 +101,16 @@ def main() -> None:
     parser.add_argument("--cells", type=int, nargs=2, default=(8, 4), help="cells across and along (%(default)s)")
     parser.add_argument("--figure", type=Path, help="file to draw into")
     options = parser.parse_args()
-    report = Report("UMESHMOTION's economy against the Wear-Processor", options)
+    report = Report("Accuracy of UMESHMOTION compared with the Wear-Processor", options)
     surface, amounts = discs(tuple(options.cells)), COEFFICIENT * ROTATIONS * np.arange(1, INCREMENTS + 1) / INCREMENTS
     increment = float(amounts[0])
     full = wear_economically(surface, amounts, increment=increment, correct_every=1)
     report.say(
         f"{options.cells[0]} × {options.cells[1]} cells on a quarter of the contact, {INCREMENTS} increments to "
-        f"{ROTATIONS:.0e} slip rotations. ε is the share of its stresses that an increment loses; depth and pressure "
-        f"in the middle are those at the end, where the Wear-Processor has {1e6 * full.depth[-1]:.4f} µm and "
-        f"{1e-6 * full.pressure[-1, 0, 0]:.1f} MPa, and the most that they are off before."
+        f"{ROTATIONS:.0e} slip rotations. ε is the fraction of the stresses that is lost in each increment. The table "
+        "lists the deviations of wear depth and pressure in the middle of the contact from the results of the "
+        f"Wear-Processor: at the end, where the Wear-Processor gives {1e6 * full.depth[-1]:.4f} µm and "
+        f"{1e-6 * full.pressure[-1, 0, 0]:.1f} MPa, and the largest deviation during the test."
     )
     rows, drawn = [], [curve("Wear-Processor", full)]
     for loss in STRESS_LOSSES:
@@ -119,7 +120,7 @@ def main() -> None:
             rows[-1] += compared(course.pressure[:, 0, 0], full.pressure[:, 0, 0])
             if loss:
                 drawn.append(curve(name, course))
-    report.table(["ε", "", "depth off by", "at most", "pressure off by", "at most"], rows)
+    report.table(["ε", "geometry", "depth, end", "depth, largest", "pressure, end", "pressure, largest"], rows)
     report.finish()
     if options.figure is not None:
         save_figure(plot_engines(drawn, f"UMESHMOTION's economy, ε = {STRESS_LOSSES[-1]:g}"), options.figure)

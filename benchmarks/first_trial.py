@@ -48,7 +48,7 @@ CASES = (
     Case("WC-Co, 400 mN", 0.75e-17, 0.4, "33 %", "4.8 %"),
 )
 SPACINGS = {
-    "geometric": np.concatenate([[0.0], np.geomspace(SLID * 1e-6, SLID, SAMPLES)]),
+    "logarithmic": np.concatenate([[0.0], np.geomspace(SLID * 1e-6, SLID, SAMPLES)]),
     "in time": np.linspace(0.0, SLID, SAMPLES + 1),
 }
 MODULUS = float(
@@ -147,7 +147,7 @@ def trial() -> dict[str, Repeated]:
     rng = np.random.default_rng(0)
     found: dict[str, Repeated] = {}
     none = Errors(np.zeros(1), np.ones(1), np.ones(1))
-    distance = SPACINGS["geometric"]
+    distance = SPACINGS["logarithmic"]
     for case in CASES:
         reading = depth(case, distance) + draw_noise(rng, len(distance))
         alone = float(fitted(case, distance, reading, none)[0])
@@ -179,11 +179,11 @@ def main() -> None:
     parser = arguments(__doc__ or "")
     parser.add_argument("--draws", type=int, default=10_000, help="number of draws (%(default)s)")
     options = parser.parse_args()
-    report = Report("Uncertainty of k_D in a first trial, drawn again", options)
+    report = Report("Reproduction of an earlier trial: uncertainty of k_D", options)
     report.say(
-        f"Relative standard deviation of k_D with {options.draws} draws. That of {TRIAL_DRAWS} draws is itself "
-        f"uncertain by 1/√(2·{TRIAL_DRAWS - 1}) = {percent(1 / math.sqrt(2 * (TRIAL_DRAWS - 1)))} of its value "
-        "where draws are normal."
+        f"Relative standard deviation of k_D with {options.draws} draws. With {TRIAL_DRAWS} normally distributed "
+        f"draws, the standard deviation itself has a relative uncertainty of 1/√(2·{TRIAL_DRAWS - 1}) = "
+        f"{percent(1 / math.sqrt(2 * (TRIAL_DRAWS - 1)))}."
     )
     again, rows, weights, ends = trial(), [], [], []
     for case in CASES:
@@ -192,7 +192,7 @@ def main() -> None:
             true = depth(case, distance)
             clean = fitted(case, distance, true, errors := draw_errors(rng, options.draws))
             middle, least, most = other_noise(case, distance, options.draws // SERIES)
-            like = spacing == "geometric"
+            like = spacing == "logarithmic"
             rows.append(
                 [
                     case.name,
@@ -222,25 +222,25 @@ def main() -> None:
                     quantiles,
                 ]
             )
-    head = ["run", "samples"]
+    head = ["run", "spacing"]
     report.table(
         [
             *head,
-            "first trial",
+            "trial",
             f"its {TRIAL_DRAWS} draws, exact model",
             f"{options.draws} draws, no noise",
-            f"{SERIES} series of noise: median (range)",
+            f"{SERIES} noise realizations: median (range)",
             "covariance",
-            "first trial",
+            "covariance, trial",
         ],
         rows,
     )
     report.say(
-        "What the one series of noise of the trial does: k_D fitted to it without any other error, over the true one, "
-        "and the relative standard uncertainty that the covariance states at that k_D."
+        "Effect of the noise in the trial: ratio of the k_D fitted with this noise alone to the true k_D, and the "
+        "relative standard uncertainty from the covariance at the fitted k_D."
     )
     report.table(
-        ["run", "fitted over true", "covariance", "first trial"],
+        ["run", "fitted k_D / true k_D", "covariance", "covariance, trial"],
         [
             [case.name, f"{of.fitted:.3f}", percent(of.covariance), case.trial_covariance]
             for case in CASES
@@ -248,18 +248,18 @@ def main() -> None:
         ],
     )
     report.say(
-        "Why the spacing matters. Samples that are equally many per logarithm of distance weigh the first metres, "
-        "where the error of the end value is small, as much as the last ones; samples equally spaced in time weigh "
-        "mostly the end. For h ∝ √s the relative error of k_D is 4/3 that of the end depth with the former and 8/5 "
-        "with the latter. By the exact model, to first order:"
+        "Effect of the spacing: with samples equally spaced in the logarithm of distance, the first meters, where the "
+        "error of the post-test depth has little effect, have as much weight as the last; with samples equally spaced "
+        "in time, the end has most of the weight. For h ∝ √s, the relative error of k_D is 4/3 times that of the final "
+        "depth with the former and 8/5 times with the latter. First-order results of the exact model:"
     )
-    report.table([*head, "end value, relative", "of k_D over that", "of k_D"], weights)
+    report.table([*head, "u of the final depth", "ratio", "u of k_D"], weights)
     report.say(
-        "How much draws with almost no depth at the end matter: those below a tenth of the true depth, those where no "
-        "wear fits best, the relative standard deviation with and without the former, and the 95 % interval of k_D "
-        "over the true one (no noise)."
+        "Effect of draws with a final depth close to zero: fraction of draws with less than a tenth of the true depth, "
+        "fraction of draws for which zero wear fits best, relative standard deviation with and without the former, "
+        "and 95 % interval of the ratio of k_D to the true k_D (no noise)."
     )
-    report.table([*head, "end below 0.1", "no wear", "all draws", "without", "95 % interval"], ends)
+    report.table([*head, "depth below 0.1", "zero wear", "all draws", "without these", "95 % interval"], ends)
     report.finish()
 
 

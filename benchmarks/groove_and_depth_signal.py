@@ -35,10 +35,10 @@ GROOVE = 0.02
 """Relative standard uncertainty of the depth of the groove."""
 SAMPLES, BLOCKS = 1000, 40
 PAIRS = {
-    "both": (2e-14, 4e-13),
-    "mostly the ball": (5e-14, 5e-14),
-    "mostly the disc": (2e-15, 1e-12),
-    "the disc alone": (0.0, 1e-12),
+    "both bodies": (2e-14, 4e-13),
+    "mainly the ball": (5e-14, 5e-14),
+    "mainly the disc": (2e-15, 1e-12),
+    "only the disc": (0.0, 1e-12),
 }
 """Usual k_D of ball and disc, m²/N."""
 _SPREAD = np.log(2.0)
@@ -177,7 +177,7 @@ def outcomes(seed: int) -> list[Found]:
 def main(words: Sequence[str] | None = None) -> None:
     """Count how often intervals hold."""
     options = arguments(__doc__ or "", labs=200).parse_args(words)
-    report = Report("k_D of both bodies by depth signal and groove", options)
+    report = Report("k_D of both bodies from depth signal and groove", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = [found for part in in_parallel(outcomes, seeds, options) for found in part]
     rows = []
@@ -191,11 +191,12 @@ def main(words: Sequence[str] | None = None) -> None:
         claimed = f"{len(given)} of {len(of)}"
         rows.append([pair, "yes" if settles else "no", body, claimed, *counted, *written])
     report.say(
-        "95 % intervals by first-order propagation, where a k_D is given; bias is the mean of k_D divided by the true "
+        "95 % intervals from first-order propagation, for runs with a k_D; bias is the mean of k_D divided by the true "
         "value, minus 1. The last column is the median of u divided by that of the ideal estimator."
     )
     report.table(
-        ["who wears", "settles", "body", "k_D given", "covered", "share", "95 %", "bias", "median u", "u / ideal"], rows
+        ["wear", "sensor settles", "body", "with k_D", "covered", "share", "95 % CI", "bias", "median u", "u / ideal"],
+        rows,
     )
     report.finish()
 

@@ -146,9 +146,9 @@ def agreement(material: str, end_value: str, good: Sequence[Errors]) -> list[lis
 def main() -> None:
     """Estimate, and print."""
     options = arguments(__doc__ or "", labs=200).parse_args()
-    report = Report("Two-step correction against one model", options)
+    report = Report("Two-step correction compared with the model fit", options)
     loads = ", ".join(str(SAMPLES[one.sample][1].id) for one in MATERIALS.values())
-    report.say(f"Runs made after {loads}.")
+    report.say(f"The runs are based on {loads}.")
     kinds = [(material, end_value) for material in MATERIALS for end_value in END_VALUES]
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = in_parallel(errors, (Task(*kind, seed) for seed in seeds for kind in kinds), options)
@@ -161,13 +161,17 @@ def main() -> None:
         agreed += agreement(*kind, good)
         without.append(f"{kind[0]}, {kind[1]}: {len(mine) - len(good)} of {len(mine)}")
     report.say(
-        "Error: root mean square, bias with its standard error, and RMS divided by the stated standard uncertainty."
+        "Root-mean-square (RMS) error, bias with its standard error, median of the calculated standard uncertainties "
+        "u, and RMS error divided by u."
     )
-    head = ["run", "end value"]
-    report.table([*head, "quantity", "by", "RMS error", "bias", "stated (median)", "RMS error/stated"], table)
-    report.say("Model minus two-step, root mean square, over the standard uncertainty of each.")
-    report.table([*head, "quantity", "over two-step's", "over the model's"], agreed)
-    report.say("Without an answer: " + "; ".join(without) + ".")
+    head = ["run", "post-test depth"]
+    report.table([*head, "quantity", "method", "RMS error", "bias", "u (median)", "RMS error / u"], table)
+    report.say(
+        "RMS difference between the results of the model fit and the two-step correction, divided by the standard "
+        "uncertainty u of each."
+    )
+    report.table([*head, "quantity", "divided by u, two-step", "divided by u, model"], agreed)
+    report.say("Runs without a result: " + "; ".join(without) + ".")
     report.finish()
 
 

@@ -64,7 +64,7 @@ def micrometres(depths: Iterable[float]) -> list[str]:
 
 def pin_convergence(report: Report) -> None:
     """Show how the depth of the pin settles with steps and rings."""
-    report.say("## Pin: depth in µm after so many metres")
+    report.say("## Pin: wear depth in µm at several sliding distances")
     head = ["rings", "steps", *(f"{distance:g} m" for distance in DISTANCES)]
     grids = [(10, 0.05), (20, 0.05), (20, 0.025), (20, 0.0125), (40, 0.0125)]
     amounts = COEFFICIENT * DISTANCES
@@ -76,7 +76,7 @@ def pin_convergence(report: Report) -> None:
         rows.append(
             [
                 f"{per_radius} in a₀, then {100 * growth:g} % of r: {len(surface.gap)}",
-                f"{per_decade} a decade: {len(step_ends(amounts, per_decade))}",
+                f"{per_decade} per decade: {len(step_ends(amounts, per_decade))}",
                 *micrometres(course.depth[1:]),
             ]
         )
@@ -85,7 +85,7 @@ def pin_convergence(report: Report) -> None:
     report.table(head, rows)
     local = wear(pin(20, 0.025), amounts).depth[1:]
     report.say(
-        "The GIWM lies below the local depth by "
+        "The wear depth of the GIWM is below the local wear depth by "
         + ", ".join(f"{100 * (1 - g / h):.3g} % at {s:g} m" for g, h, s in zip(exact, local, DISTANCES, strict=True))
         + "."
     )
@@ -98,9 +98,9 @@ def discs(cells: tuple[int, int], amount: float) -> DiscTrack:
 
 def disc_convergence(report: Report) -> None:
     """Show how depth and extent of two discs settle with steps and grid, and where the GIWM lies."""
-    report.say("## Two discs: depth in µm after so many slip rotations, and a_x and a_z in µm at the end")
+    report.say("## Two discs: wear depth in µm after several numbers of slip rotations, and final a_x and a_z in µm")
     amounts = DISC_COEFFICIENT * ROTATIONS
-    head = ["grid", "steps a decade", *(f"{rotations:.0e}" for rotations in ROTATIONS), "a_x", "a_z"]
+    head = ["grid", "steps per decade", *(f"{rotations:.0e}" for rotations in ROTATIONS), "a_x", "a_z"]
     rows = []
     cases = [((64, 32), steps) for steps in (4, 8, 16, 64)] + [(cells, 64) for cells in ((32, 16), (128, 64))]
     for cells, per_decade in cases:
@@ -123,7 +123,7 @@ def disc_convergence(report: Report) -> None:
 
 def element_convergence(report: Report) -> None:
     """Show how finite elements settle with the mesh, each held against rings or the half space."""
-    report.say("## Finite elements: depth in µm, the mesh moved and its compliance refreshed every 50 steps")
+    report.say("## Finite elements: wear depth in µm; mesh moved and compliance recalculated every 50 steps")
     amounts = COEFFICIENT * DISTANCES[1:]
     rows = []
     for per_radius, growth in ((10, 0.08), (20, 0.04), (20, 0.025)):
@@ -140,8 +140,8 @@ def element_convergence(report: Report) -> None:
     for cells in ((6, 3), (8, 4), (12, 6)):
         disc = quarter_disc(amount=amounts[-1], cells=cells, poisson_ratio=0.32, **TABLE_3)
         depth = wear(disc, amounts, refresh_every=50).depth[1:]
-        rows.append([f"{cells[0]} × {cells[1]} cells on a quarter", *micrometres(depth)])
-    rows.append(["half space", *micrometres(wear(discs((64, 32), amounts[-1]), amounts).depth[1:])])
+        rows.append([f"{cells[0]} × {cells[1]} cells in a quarter", *micrometres(depth)])
+    rows.append(["half-space", *micrometres(wear(discs((64, 32), amounts[-1]), amounts).depth[1:])])
     report.table(["two discs", *(f"{rotations:.0e}" for rotations in ROTATIONS[1:])], rows)
 
 
@@ -166,13 +166,13 @@ def costs(report: Report, repeats: int) -> None:
     track, steps = discs((64, 32), turns[-1]), len(step_ends(turns, STEPS_PER_DECADE))
     sphere = round_pin(normal_load=LOAD, modulus=MODULUS, tip=tip, reach=1.4 * START, cells=128)
     work: dict[str, Callable[[], object]] = {
-        "one contact of a sphere on 128 × 128 points": lambda: sphere.press(np.zeros_like(sphere.gap)),
-        "a pin on rings to 500 m": lambda: wear(pin(20, 0.025), amounts),
-        "one contact of two discs on 128 × 64 points": lambda: track.press(np.zeros_like(track.gap)),
-        f"two discs to 2e6 slip rotations, {steps} steps": lambda: wear(track, turns),
+        "one contact solution of a sphere, 128 × 128 points": lambda: sphere.press(np.zeros_like(sphere.gap)),
+        "wear of a pin up to 500 m, rings": lambda: wear(pin(20, 0.025), amounts),
+        "one contact solution of two discs, 128 × 64 points": lambda: track.press(np.zeros_like(track.gap)),
+        f"wear of two discs up to 2e6 slip rotations, {steps} steps": lambda: wear(track, turns),
     }
     if importlib.util.find_spec("tamaas") is not None:
-        work["the same contact of two discs by tamaas"] = tamaas_contact(track)
+        work["the same contact of two discs with tamaas"] = tamaas_contact(track)
     times: dict[str, list[float]] = {name: [] for name in work}
     for _ in range(repeats):
         for name, do in work.items():
@@ -181,18 +181,19 @@ def costs(report: Report, repeats: int) -> None:
             times[name].append(time.perf_counter() - start)
     medians = [statistics.median(taken) for taken in times.values()]
     report.table(
-        ["", "clock, ms", "minimum to maximum"],
+        ["", "elapsed time, ms", "minimum to maximum"],
         [
             [name, f"{1e3 * median:.1f}", f"{1e3 * min(taken):.1f} to {1e3 * max(taken):.1f}"]
             for (name, taken), median in zip(times.items(), medians, strict=True)
         ],
     )
     said = (
-        f"The pin's course takes {medians[1] / medians[0]:.2f} of a contact solve on 128 × 128 points; a step of wear "
-        f"of the discs {medians[3] / steps / medians[2]:.2f} of a contact solve on their grid."
+        f"Wear of a pin takes {medians[1] / medians[0]:.2f} times as long as one contact solution on 128 × 128 "
+        f"points; a wear step of the discs takes {medians[3] / steps / medians[2]:.2f} times as long as one contact "
+        "solution on their grid."
     )
     if len(medians) > 4:
-        said += f" tamaas takes {medians[4] / medians[2]:.2f} times as long for that contact."
+        said += f" tamaas takes {medians[4] / medians[2]:.2f} times as long for this contact."
     report.say(said)
 
 

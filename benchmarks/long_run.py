@@ -128,17 +128,17 @@ def take_long_run(folder: Path, options: argparse.Namespace, report: Report) -> 
     """Write, ingest and process the long run; tell time and memory, and whether that stayed in its bound."""
     write_run(folder, options.rows)
     signals = folder / "signals.csv"
-    report.say(f"{options.rows:,} rows by 4 columns, {signals.stat().st_size / 1e6:.0f} MB of text.")
+    report.say(f"{options.rows:,} rows × 4 columns, {signals.stat().st_size / 1e6:.0f} MB of text.")
     plain, pandas = clocked(counted, signals), clocked(parsed, signals)
     archive = folder.parent / "archive"
     ingested, done = (run(command, folder, archive, options) for command in ("ingest", "process"))
     rows = {
-        "counting its lines": Taken(plain, None),
+        "counting lines": Taken(plain, None),
         "`pandas.read_csv` in chunks": Taken(pandas, None),
         "`tribopipe ingest`": ingested,
-        "`tribopipe process`, once ingested": done,
+        "`tribopipe process`, after `ingest`": done,
     }
-    head = ["", "clock", "rows a second", "over pandas", "peak memory"]
+    head = ["", "elapsed time", "rows per second", "relative to pandas", "peak memory"]
     report.table(head, [[name, *_shown(one, pandas, options.rows)] for name, one in rows.items()])
     report.say(_kept(Archive(archive), options.rows))
     return all(one.peak is None or one.peak < _GIGABYTE for one in (ingested, done))
@@ -153,7 +153,7 @@ def _kept(archive: Archive, rows: int) -> str:
     run = archive.raw(SAMPLE.id)
     size = archive.path(SAMPLE.id).stat().st_size
     seen = 0 if run.recording is None else sum(len(block.get("depth", ())) for block in run.recording.blocks())
-    kept = f"{seen:,} of {rows:,} samples as recorded, evaluated by {run.samples}"
+    kept = f"{seen:,} of {rows:,} samples as recorded, and {run.samples} for the evaluation"
     return f"The archived file has {size / 1e6:.0f} MB: {kept}."
 
 
@@ -189,12 +189,12 @@ def compare(folder: Path, options: argparse.Namespace, report: Report) -> bool:
     by_means = evaluated(folded)
     pairs = {"friction, steady state": (every.friction, by_means.friction)}
     pairs |= {f"k_D, {law}": (every.coefficients[law], by_means.coefficients[law]) for law in LAWS}
-    report.say(f"A run of {options.held:,} rows by every sample, and by {folded.samples}:")
+    report.say(f"Results for a run of {options.held:,} rows, from all samples and from {folded.samples}:")
     rows = [
         [name, str(one), str(other), f"{apart(one, other):.4f}", f"{ratio(one, other):.4f}"]
         for name, (one, other) in pairs.items()
     ]
-    report.table(["", "every sample", "means", "apart, of u", "u of means over u"], rows)
+    report.table(["", "all samples", "means", "difference / u", "u from means / u"], rows)
     return all(apart(every.coefficients[law], by_means.coefficients[law]) < _SHARE for law in LAWS)
 
 
@@ -216,13 +216,14 @@ def main() -> None:
     parser.add_argument("--threshold", type=int, default=long_text.LARGE, help="bytes of a long file (%(default)s)")
     parser.add_argument("--means", type=int, default=long_runs.MOST, help="means that are evaluated (%(default)s)")
     options = parser.parse_args()
-    report = Report("Runs larger than memory", options)
+    report = Report("Recordings larger than memory", options)
     with tempfile.TemporaryDirectory(prefix="tribopipe-") as made:
         within = take_long_run(Path(made) / "long", options, report)
     with tempfile.TemporaryDirectory(prefix="tribopipe-") as made:
         same = compare(Path(made) / "held", options, report)
     report.say(
-        f"Under 1 GB: {'yes' if within else 'no'}. k_D within 1 % of its uncertainty: {'yes' if same else 'no'}."
+        f"Peak memory below 1 GB: {'yes' if within else 'no'}. Difference in k_D below 1 % of its uncertainty: "
+        f"{'yes' if same else 'no'}."
     )
     report.finish()
     sys.exit(0 if within and same else 1)

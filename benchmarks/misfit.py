@@ -48,10 +48,10 @@ Answers = Mapping[str, Sequence[Outcome | str]]
 def main() -> None:
     """Count, and print."""
     options = _options()
-    report = Report("Misfit: what is wrong, and whether it is flagged", options)
+    report = Report("Accuracy of k_D in fault-free and faulty runs", options)
     tasks = list(_tasks(options))
     answers = _answers(tasks, options.jobs)
-    report.say(f"Seed {options.seed}; runs with seeds below 1000 were for development.")
+    report.say(f"Seed {options.seed}; seeds below 1000 were used during development.")
     for table in (_coefficients, _beside, _settling, _corners, _bench, _flags, _marks, _unanswered):
         table(report, answers)
     report.finish()
@@ -148,7 +148,7 @@ def _supported(runs: Sequence[Outcome]) -> str:
     return _share(judged.count("supported"), len(judged))
 
 
-_HEAD = ("regime", "runs", "covered, % (95 %)", "> 3u", "> 3u, no flag", "bias", "mean u", "scatter")
+_HEAD = ("case", "runs", "covered, % (95 %)", "> 3u", "> 3u, no flag", "bias", "mean u", "scatter")
 
 
 def _common(name: str, runs: Sequence[Outcome]) -> list[str]:
@@ -171,10 +171,10 @@ def _coefficients(report: Report, answers: Answers) -> None:
         if not found:
             continue
         report.say(
-            f"{title}: how often the 95 % interval of the headline k_D contains the true value. u is the stated "
-            "standard uncertainty, scatter the standard deviation of k_D divided by the true value, width/ideal the "
-            "width of the median interval divided by that of an ideal estimator, CPU the processor time of the fit of "
-            "one law."
+            f"{title}: how often the 95 % interval of the reported k_D contains the true value. u is the calculated "
+            "standard uncertainty, > 3u the fraction of runs in which k_D deviates by more than 3u, scatter the "
+            "standard deviation of k_D divided by the true value, width/ideal the median width of the interval "
+            "divided by that of an ideal estimator, and CPU the CPU time of a fit with one law."
         )
         rows = []
         for name, runs in found.items():
@@ -195,7 +195,7 @@ def _beside(report: Report, answers: Answers) -> None:
         "interval)."
     )
     rows = [[name, *(_within(*count, 0.99) for count in _counts(runs).values())] for name, runs in found.items()]
-    report.table(["regime", "A", "b", "c", "drift rate"], rows)
+    report.table(["case", "A", "b", "c", "drift rate"], rows)
 
 
 def _counts(runs: Sequence[Outcome]) -> dict[str, tuple[int, int]]:
@@ -213,7 +213,7 @@ def _settling(report: Report, answers: Answers) -> None:
         pooled.setdefault(name.partition(",")[0], []).extend(runs)
     if not pooled:
         return
-    report.say("Thermal settling, pooled over runout, sampling and motion; then each cell.")
+    report.say("Thermal settling, pooled over runout, sampling and motion; then each combination.")
     head = [*_HEAD, "> 3u from the post-test rate, no flag"]
     for part in (pooled, cells):
         rows = [[*_common(name, runs), str(sum(one.contradicts for one in runs))] for name, runs in part.items()]
@@ -223,7 +223,7 @@ def _settling(report: Report, answers: Answers) -> None:
 def _corners(report: Report, answers: Answers) -> None:
     found = _group(answers, "corner")
     if found:
-        report.say("Runout × slow wobble: stated u divided by the scatter.")
+        report.say("Runout × slow wobble: u divided by the scatter.")
         rows = [[*_common(name, runs), f"{_stated(runs) / _scatter(runs):.2f}"] for name, runs in found.items()]
         report.table([*_HEAD, "u/scatter"], rows)
 
@@ -231,7 +231,9 @@ def _corners(report: Report, answers: Answers) -> None:
 def _bench(report: Report, answers: Answers) -> None:
     found = {name: _good(runs) for name, runs in answers.items() if name not in REGIMES and _good(runs)}
     if found:
-        report.say("Recordings of ordinary laboratories; for replicates, each run and their study.")
+        report.say(
+            "Recordings typical of test laboratories; for replicates, the individual runs and the study of all of them."
+        )
         report.table(_HEAD, [_common(name, runs) for name, runs in found.items()])
 
 
@@ -255,7 +257,7 @@ _WARM_UP = "WC-Co, warm-up 0.5 µm"
 
 def _marks(report: Report, answers: Answers) -> None:
     lines = [f"* {'met' if held else '**not met**'}: {what}" for what, held in _all_marks(answers)]
-    report.say("\n".join(["Criteria, with the fractions found:", "", *lines]))
+    report.say("\n".join(["Criteria, with the results in parentheses:", "", *lines]))
 
 
 def _all_marks(answers: Answers) -> Iterator[tuple[str, bool]]:
@@ -293,7 +295,7 @@ def _marks_of_parts(sound: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[st
     for quantity, counts in pooled.items():
         hits, total = (sum(part) for part in zip(*counts, strict=True))
         share = hits / total if total else 0.0
-        yield f"{quantity} pooled over fault-free regimes: 94 to 98 % ({100 * share:.1f} %)", 0.94 <= share <= 0.98
+        yield f"{quantity} pooled over fault-free cases: 94 to 98 % ({100 * share:.1f} %)", 0.94 <= share <= 0.98
 
 
 def _marks_of_flags(
@@ -309,7 +311,8 @@ def _marks_of_flags(
     off = [bool(one.flags) for one in fault.get(_WARM_UP, ()) if one.beyond(2)]
     if off:
         yield (
-            f"{_WARM_UP}: of {len(off)} more than 2u off, flagged in more than 95 % ({_share(sum(off), len(off))})",
+            f"{_WARM_UP}: flagged in more than 95 % of the {len(off)} runs that are more than 2u off "
+            f"({_share(sum(off), len(off))})",
             (sum(off) > 0.95 * len(off)),
         )
 
@@ -331,10 +334,13 @@ def _marks_of_widths(sound: Mapping[str, Sequence[Outcome]]) -> Iterator[tuple[s
     if ratios:
         middle, widest = float(np.median(list(ratios.values()))), max(ratios, key=lambda name: ratios[name])
         yield (
-            f"width divided by that of an ideal estimator: at most 1.5 in the median of regimes ({middle:.2f})",
+            f"width divided by that of an ideal estimator: median over all cases at most 1.5 ({middle:.2f})",
             middle <= 1.5,
         )
-        yield f"… and 2.2 in any ({widest}: {ratios[widest]:.2f})", ratios[widest] <= 2.2
+        yield (
+            f"width divided by that of an ideal estimator: at most 2.2 in each case ({widest}: {ratios[widest]:.2f})",
+            ratios[widest] <= 2.2,
+        )
 
 
 def _marks_of_grids(answers: Answers) -> Iterator[tuple[str, bool]]:
@@ -347,7 +353,7 @@ def _marks_of_grids(answers: Answers) -> Iterator[tuple[str, bool]]:
         yield f"settling: no k_D more than 3u from its own post-test rate without a flag ({unsaid})", not unsaid
     for name, runs in _group(answers, "corner").items():
         factor = _stated(runs) / _scatter(runs)
-        yield f"{name}: u within a factor 1.5 of the scatter ({factor:.2f})", 1 / 1.5 <= factor <= 1.5
+        yield f"{name}: u within a factor of 1.5 of the scatter ({factor:.2f})", 1 / 1.5 <= factor <= 1.5
     for name, answered in answers.items():
         runs = _good(answered)
         if name not in REGIMES and runs:

@@ -91,7 +91,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=31, help="number of repeats (%(default)s)")
     parser.add_argument("--rows", type=int, default=1_250_000, help="rows of the file (%(default)s)")
     options = parser.parse_args()
-    report = Report("Speed and memory of reading", options)
+    report = Report("Time and memory for reading files", options)
     with tempfile.TemporaryDirectory() as folder:
         path, small = Path(folder) / "table.csv", Path(folder) / "small.csv"
         write_table(path, options.rows)
@@ -106,8 +106,8 @@ def main() -> None:
         size = path.stat().st_size
     parsed = options.rows * len(DECIMALS) * 8
     report.say(
-        f"{options.rows} rows by {len(DECIMALS)} columns, {size / 1e6:.1f} MB as text, {parsed / 1e6:.1f} MB parsed. "
-        f"Medians of {options.repeats} alternating repeats; minimum and maximum in brackets."
+        f"{options.rows} rows × {len(DECIMALS)} columns, {size / 1e6:.1f} MB as text, {parsed / 1e6:.1f} MB parsed. "
+        f"Medians of {options.repeats} alternating repeats; minimum and maximum in parentheses."
     )
     medians = {name: statistics.median(taken) for name, taken in times.items()}
     rows = [
@@ -120,7 +120,7 @@ def main() -> None:
         ]
         for name, taken in times.items()
     ]
-    report.table(["", "clock", "ratio", "peak memory", "of the parsed columns"], rows)
+    report.table(["", "elapsed time", "ratio", "peak memory", "peak memory / parsed data"], rows)
     report.finish()
 
 

@@ -106,7 +106,7 @@ def main() -> None:
     one = study_of(("archard",), members).result.law("archard")
     _, evaluations = euler_fit(runs)
     cases: dict[str, Callable[[], object]] = {
-        "least squares by Euler steps": lambda: euler_fit(runs),
+        "least-squares fit with Euler steps": lambda: euler_fit(runs),
         "study, Archard's law": lambda: study_of(("archard",), members),
         "study, both laws": lambda: study_of(("archard", "sarkar"), rubbed),
     }
@@ -115,18 +115,18 @@ def main() -> None:
         for name, work in cases.items():
             times[name].append(timed(work))
     report.say(
-        f"{one.draws} accepted draws of k_D by Archard's law, {one.rejected} rejected; the fit computes the model "
-        f"{evaluations} times on {sum(len(run.corrected.run) for run in runs.values())} samples. Medians of "
-        f"{options.repeats} alternating repeats; minimum and maximum in brackets."
+        f"{one.draws} accepted draws of k_D with Archard's law, {one.rejected} rejected; the fit evaluates the model "
+        f"{evaluations} times for {sum(len(run.corrected.run) for run in runs.values())} samples. Medians of "
+        f"{options.repeats} alternating repeats; minimum and maximum in parentheses."
     )
     medians = {name: statistics.median(taken for taken, _ in times[name]) for name in cases}
-    least = medians["least squares by Euler steps"]
+    least = medians["least-squares fit with Euler steps"]
     rows = []
     for name, taken in times.items():
         processor, clock = zip(*taken, strict=True)
         cell = f"{medians[name]:.2f} s ({min(processor):.2f} to {max(processor):.2f})"
         rows.append([name, cell, f"{statistics.median(clock):.2f} s", f"{medians[name] / least:.2f}"])
-    report.table(["", "processor", "clock", "ratio"], rows)
+    report.table(["", "CPU time", "elapsed time", "ratio"], rows)
     report.finish()
 
 

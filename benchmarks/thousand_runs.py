@@ -90,18 +90,18 @@ def main() -> int:
         verify = subprocess.run([COMMAND, "verify", "--archive", folder / "archive"], capture_output=True, check=False)
     rows, flat = [], True
     for what, seen in (
-        ("archived", [(look.archived, look.memory) for look in looks]),
-        ("drawn", [(look.drawn, look.memory) for look in looks]),
+        ("archiving", [(look.archived, look.memory) for look in looks]),
+        ("figures", [(look.drawn, look.memory) for look in looks]),
     ):
         first, last = peaks(seen, options.runs)
         rows.append([what, f"{first / 1e6:.0f} MB", f"{last / 1e6:.0f} MB", f"{last / first:.3f}"])
         flat = flat and last / first <= _MOST
-    report.table(["Runs", "Peak of the first hundred", "of the last", "ratio"], rows)
+    report.table(["Step", "Peak memory, first hundred runs", "Peak memory, last hundred runs", "Ratio"], rows)
     sound = "sound" if verify.returncode == 0 else "NOT SOUND"
     report.say(
-        f"{archived} of {options.runs} runs of 126 samples archived by {options.jobs} workers in {seconds:.0f} s, exit "
-        f"code {code}; `verify`: {sound}. Memory is that of the command and its workers; a ratio of at most {_MOST} is "
-        "required."
+        f"{archived} of {options.runs} runs of 126 samples archived by {options.jobs} workers in {seconds:.0f} s, "
+        f"exit code {code}; `verify`: {sound}. The memory includes the command and its workers; a ratio of at most "
+        f"{_MOST} is required."
     )
     report.finish()
     holds = code == 0 and archived == options.runs and verify.returncode == 0

@@ -28,7 +28,7 @@ CURVED, FLAT = 4.6e-18, 2.0e-18
 PUBLISHED: DistanceConvention = "full-slip"
 KAPPA = math.pi / 4
 ROTATIONS, MANY_ROTATIONS, STEPS, DRAWS = 1e6, 1e8, 10_000, 10_000
-EXACT, BY_STEPS = "exact, 10⁸ rotations at 101 places", f"published, {STEPS} steps of one rotation"
+EXACT, BY_STEPS = "exact, 10⁸ rotations at 101 points", f"published, {STEPS} steps of one rotation"
 
 
 class Found(NamedTuple):
@@ -71,11 +71,11 @@ def say_what_counting_does(report: Report) -> None:
     asked = volumes(discs(PUBLISHED), ROTATIONS, np.array([CURVED, FLAT]))
     report.say("## Effect of each distance convention on k_D")
     report.say(
-        f"With *{PUBLISHED}*, the k_D of the paper give volumes of {asked[0] * 1e9:.4g} mm³ on the crowned disc and "
-        f"{asked[1] * 1e9:.4g} mm³ on the cylindrical disc after 10⁶ rotations at {100 * SLIP:.0f} % slip. With the "
-        "k_D below, in mm³/(N mm), the other conventions give the same volumes. n is the exponent of V ∝ Nⁿ over the "
-        f"last decade of rotations; the last column is the volume at {100 * HIGHER_SLIP:.0f} % slip divided by that "
-        f"at {100 * SLIP:.0f} %, with the same k_D."
+        f"With *{PUBLISHED}* and the k_D values of the paper, the wear volumes after 10⁶ rotations at "
+        f"{100 * SLIP:.0f} % slip are {asked[0] * 1e9:.4g} mm³ (crowned disc) and {asked[1] * 1e9:.4g} mm³ "
+        "(cylindrical disc). With the k_D values below, in mm³/(N·mm), the other conventions give the same volumes. n "
+        "is the exponent in V ∝ Nⁿ over the last decade of rotations; the last column is the volume at "
+        f"{100 * HIGHER_SLIP:.0f} % slip divided by that at {100 * SLIP:.0f} %, with the same k_D."
     )
     rows, by_name = [], {name: found(name, asked) for name in get_args(DistanceConvention)}
     for name, one in by_name.items():
@@ -87,13 +87,14 @@ def say_what_counting_does(report: Report) -> None:
         rows += [[name, disc, *cell] for disc, cell in zip(("crowned", "cylindrical"), cells, strict=True)]
     report.table(["convention", "disc", "k_D", f"divided by that with {PUBLISHED}", "n", "volume at higher slip"], rows)
     report.say(
-        "*volume-conserving* k_D can be compared with that of a pin, which is 13.5e-09 in Section 2.1.1. "
-        "*contact-width* removes (π²/2)·r·k·F_N per rotation of a disc, whatever the slip, as *volume-conserving* does "
-        f"at a slip of π/4: its k_D is 4/π times the slip, {4 / np.pi * SLIP:.4f}, of the *volume-conserving* k_D of "
-        f"the crowned disc, and {4 / np.pi * SLIP / (1 + SLIP):.4f} of that of the cylindrical disc, which rotates "
-        "faster; except for this faster rotation, it predicts no more wear at a higher slip. *full-slip* tends to "
-        "N^(6/5) if the elastic part is small, because the volume per unit of depth increases with the width of the "
-        "worn area, and the pressure decreases more slowly than that."
+        "k_D with *volume-conserving* is comparable with that of a pin, 13.5e-09 in Section 2.1.1. With "
+        "*contact-width*, a volume of (π²/2)·r·k·F_N is removed per rotation of a disc, regardless of the slip, as "
+        "with *volume-conserving* at a slip of π/4. Its k_D is therefore 4/π times the slip times that with "
+        f"*volume-conserving*: a factor of {4 / np.pi * SLIP:.4f} for the crowned disc, and of "
+        f"{4 / np.pi * SLIP / (1 + SLIP):.4f} for the cylindrical disc, which rotates faster. Except for this faster "
+        "rotation, *contact-width* does not predict more wear at a higher slip. With *full-slip*, V tends to be "
+        "proportional to N^(6/5) if the elastic part is small, because the volume per unit of depth increases with "
+        "the width of the worn area, and the pressure decreases more slowly."
     )
 
 
@@ -107,13 +108,13 @@ def say_what_kappa_carries(report: Report) -> None:
     ellipse = np.pi * state.half_width * (state.half_length / KAPPA) * 4 / np.pi
     apart = float(np.max(np.abs(ellipse / rectangle - 1)))
     whole = float(np.max(np.abs(shares / KAPPA * 4 / np.pi - 1)))
-    report.say("## What κ = π/4 carries")
+    report.say("## Load carried with κ = π/4")
     report.say(
-        f"By Eq. 15 and 16 as printed, with κ = π/4, p·π·a_x·a_z = (π²/16)·F_N = {np.pi**2 / 16:.4f}·F_N (within "
-        f"{off:.0e} at 50 places up to 10⁸ rotations), not F_N. κ = 4/π would make the area of the "
-        f"ellipse that of the rectangle, as the text says κ does (within {apart:.0e}), and the pressure carry F_N "
-        f"(within {whole:.0e}, at the same a_x). tribopipe keeps κ as printed. It enters by a_z: in the elastic part u "
-        "and in the sliding distance with *contact-width*, whose k_D would be smaller by a factor of 16/π² = 1.62."
+        f"According to Eq. 15 and 16 as printed, with κ = π/4, p·π·a_x·a_z = (π²/16)·F_N = {np.pi**2 / 16:.4f}·F_N "
+        f"(within {off:.0e} at 50 points up to 10⁸ rotations), not F_N. With κ = 4/π, the area of the ellipse would "
+        f"equal that of the rectangle, as stated in the text (within {apart:.0e}), and the pressure would carry F_N "
+        f"(within {whole:.0e}, at the same a_x). tribopipe uses κ as printed. κ affects a_z, and thereby the elastic "
+        "part u and the sliding distance of *contact-width*, whose k_D would be smaller by a factor of 16/π² = 1.62."
     )
 
 
@@ -151,9 +152,9 @@ def say_how_long(report: Report, repeats: int) -> None:
             times[name].append(timed(work))
     medians = {name: statistics.median(taken) for name, taken in times.items()}
     report.say("## Speed")
-    report.say(f"Medians of {repeats} alternating repeats; minimum and maximum in brackets.")
+    report.say(f"Medians of {repeats} alternating repeats; minimum and maximum in parentheses.")
     report.table(
-        ["", "processor", "ratio"],
+        ["", "CPU time", "ratio"],
         [
             [
                 name,
@@ -172,8 +173,8 @@ def main() -> None:
     options = parser.parse_args()
     report = Report("Wear of two discs", options)
     report.say(
-        f"Si3N4 (304 GPa, 0.24), {LOAD * 1e3:.0f} mN, {100 * SLIP:.0f} % slip, radii {RADIUS * 1e3:.0f} mm (chosen), "
-        f"k_D {CURVED * 1e6:.1e} and {FLAT * 1e6:.1e} mm³/(N mm) by *{PUBLISHED}*."
+        f"Si3N4 (304 GPa, 0.24), {LOAD * 1e3:.0f} mN, {100 * SLIP:.0f} % slip, radii {RADIUS * 1e3:.0f} mm (assumed), "
+        f"k_D {CURVED * 1e6:.1e} and {FLAT * 1e6:.1e} mm³/(N·mm) with *{PUBLISHED}*."
     )
     say_how_long(report, options.repeats)
     say_what_counting_does(report)

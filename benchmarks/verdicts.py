@@ -116,7 +116,7 @@ def rates(case: str, correction: str, labs: Sequence[Answer]) -> list[list[str]]
             *share(sum(abs(one.first.e_n) > 1 for one in foretold), len(foretold)),
         ],
         [
-            "E_n beyond ±1 on the curve, predicted (5 %)",
+            "E_n beyond ±1 along the curve, predicted runs (5 %)",
             *share(sum(abs(one.first.e_n_all) > 1 for one in foretold), len(foretold)),
         ],
     ]
@@ -140,11 +140,12 @@ def main() -> None:
         f"Carlo in blocks of {options.block} draws. Ranges are exact binomial 95 % intervals."
     )
     by_kind = {kind: answers[place : done * len(kinds) : len(kinds)] for place, kind in enumerate(kinds)}
-    report.say("False alarms, where one k_D holds at all loads (target: at most 5 % of laboratories).")
+    report.say("False alarms if one k_D holds at all loads (target: at most 5 % of laboratories).")
     sound = {kind: labs for kind, labs in by_kind.items() if kind[0] != HALVED}
     head = ["case", "correction"]
     report.table(
-        [*head, "of", "count", "share", "95 %"], [row for kind, labs in sound.items() for row in alarms(*kind, labs)]
+        [*head, "quantity", "count", "share", "95 % CI"],
+        [row for kind, labs in sound.items() for row in alarms(*kind, labs)],
     )
     report.say("Detection of a law that does not hold: k_D of Si3N4 halves at 800 mN (target: detected in 95 %).")
     found = []
@@ -152,19 +153,20 @@ def main() -> None:
         if case == HALVED:
             said = [lab[1].outcome for lab in labs if not isinstance(lab, str)]
             found.append([case, correction, *share(said.count("over-predicts"), len(labs))])
-    report.table([*head, AGREEMENT["over-predicts"], "share", "95 %"], found)
-    report.say("Agreement of every run.")
+    report.table([*head, AGREEMENT["over-predicts"], "share", "95 % CI"], found)
+    report.say("Agreement of each run.")
     verdicts = [row for kind, labs in by_kind.items() for row in outcomes(*kind, labs)]
-    report.table([*head, "run", "answers", *(AGREEMENT[one] for one in OUTCOMES)], verdicts)
-    report.say("Additional tests, where the law holds.")
+    report.table([*head, "run", "results", *(AGREEMENT[one] for one in OUTCOMES)], verdicts)
+    report.say("Additional tests if the law holds.")
     report.table(
-        [*head, "test", "count", "share", "95 %"], [row for kind, labs in sound.items() for row in rates(*kind, labs)]
+        [*head, "test", "count", "share", "95 % CI"],
+        [row for kind, labs in sound.items() for row in rates(*kind, labs)],
     )
     reasons = {
         f"* {kind[0]}, {kind[1]}: {lab}" for kind, labs in by_kind.items() for lab in labs if isinstance(lab, str)
     }
     if reasons:
-        report.say("\n".join(["Without an answer:", "", *sorted(reasons)]))
+        report.say("\n".join(["Laboratories without a result:", "", *sorted(reasons)]))
     report.finish()
 
 

@@ -216,14 +216,14 @@ def rows(lab: Path, whole: dict[str, bytes], found: Watched) -> list[Row]:
     verified = subprocess.run([str(COMMAND), "verify"], cwd=lab, capture_output=True, check=False).returncode
     codes = [-signal.SIGKILL, 130, 130]
     return [
-        Row("run folders, each of one export", str(len(made)), count, sorted(map(_sha256, made)) == dropped),
-        Row("archived runs, each of one export", str(len(archive.ids())), count, sorted(sources) == dropped),
-        Row("exports other than they were dropped", str(len(differing)), "0", not differing),
-        Row("failures, doubles, files left alone", str(len(others)), "0", not others),
+        Row("run folders, one per export", str(len(made)), count, sorted(map(_sha256, made)) == dropped),
+        Row("archived runs, one per export", str(len(archive.ids())), count, sorted(sources) == dropped),
+        Row("modified exports", str(len(differing)), "0", not differing),
+        Row("failures, duplicates, skipped files", str(len(others)), "0", not others),
         Row("exit code of `tribopipe verify`", str(verified), "0", verified == 0),
-        Row("exit codes of the watches", _listed(found.codes), _listed(codes), found.codes == codes),
+        Row("exit codes of `tribopipe watch`", _listed(found.codes), _listed(codes), found.codes == codes),
         Row("tracebacks", str(found.said.count("Traceback")), "0", "Traceback" not in found.said),
-        Row("temporary files that the kill left", str(len(left))),
+        Row("temporary files left by the kill", str(len(left))),
     ]
 
 
@@ -240,7 +240,7 @@ def waits(chunks: Sequence[Chunk], found: Watched, folder: Path) -> Row:
     ends = {(chunk.becomes or chunk.path).relative_to(folder).as_posix(): found.begun + chunk.at for chunk in chunks}
     taken = [found.archived[name] - at for name, at in ends.items() if name in found.archived]
     shown = f"median {statistics.median(taken):.1f} s, longest {max(taken):.1f} s" if taken else "none"
-    return Row("from the last chunk to the archived run", shown)
+    return Row("time from the last chunk to the archived run", shown)
 
 
 def main() -> int:
@@ -263,15 +263,15 @@ def main() -> int:
         found = watch(lab, options.settle, chunks, moments)
         table = [*rows(lab, whole, found), waits(chunks, found, lab / "in")]
     print(found.said, file=sys.stderr)
-    report = Report("A folder that is watched", options)
+    report = Report("A watched folder", options)
     report.say(
-        f"{options.files} exports in {len(chunks)} chunks, dropped over {options.seconds:.0f} s in random order. The "
-        f"watch, for which {options.settle:g} s without a change are settled, is killed after {moments[0]:.0f} s and "
-        f"interrupted after {moments[1]:.0f} s, and started again each time."
+        f"{options.files} exports are written in {len(chunks)} chunks over {options.seconds:.0f} s, in random order. "
+        f"`tribopipe watch --settle {options.settle:g}` is killed after {moments[0]:.0f} s and interrupted after "
+        f"{moments[1]:.0f} s, and restarted each time."
     )
     held = {True: "yes", False: "NO"}
     cells = [[row.what, row.found, row.asked, held[row.holds] if row.asked else ""] for row in table]
-    report.table(["What", "Found", "Required", "Met"], cells)
+    report.table(["Quantity", "Result", "Required", "Met"], cells)
     report.finish()
     return 0 if all(row.holds for row in table) else 1
 

@@ -28,20 +28,20 @@ from tribopipe.base.errors import ArchiveError
 pytestmark = pytest.mark.slow
 
 RUN, STUDY = hostile_files.RUN, hostile_files.STUDY_ID
-LARGE = {"text of 64 MB", "20 000 attributes", "100 000 members", "600 000 lists", "1 GB of holes at the end"}
-LARGE |= {"1 GB of holes in front", "study with a text of 64 MB"}
+LARGE = {"text of 64 MB", "20 000 attributes", "100 000 members", "600 000 lists", "hole of 1 GB at the end"}
+LARGE |= {"hole of 1 GB at the beginning", "study with a text of 64 MB"}
 SOUND = {
-    "soft link for a result",
-    "numbers of another byte order",
-    "field for a group",
+    "soft link instead of a result",
+    "numbers with a different byte order",
+    "field instead of a group",
     "result 100 000 deep",
     "findings 100 000 deep",
     "600 000 lists",
     "number of 1e400",
     "number of 100 000 digits",
     "manifest of another run",
-    "source file that leads out",
-    "names that lead out",
+    "source file name that leads out of the folder",
+    "names that lead out of the archive",
 }
 """What is as tribopipe writes it in all that makes a run as it was ingested."""
 
@@ -96,7 +96,7 @@ def test_large_ones_are_refused_too(good, name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked")
 def test_every_command_stays_within_bounds(tmp_path):
-    names = ["512 MB of zeros in a small chunk", "10 000 nested groups", "attribute that says it has 4 GB"]
+    names = ["512 MB of zeros in a small chunk", "10 000 nested groups", "attribute with a declared length of 4 GB"]
     # Forked processes begin with the memory of the one they come from, which the tests before have filled.
     filled = b"x" * int(hostile_files.MEGABYTES * 1e6)
     with ProcessPoolExecutor(1, get_context("spawn")) as fresh:

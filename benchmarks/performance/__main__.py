@@ -46,18 +46,18 @@ CASES = {
 _WHAT = """\
 Each case compares tribopipe with the usual alternative, or with a lower bound on the time. The two are timed
 alternately, many times, in one process. Times are medians, with the minimum and the maximum in parentheses. A ratio is
-the time of tribopipe divided by that of the alternative, unless it is given as "times as fast". Cases without disk
+the time of tribopipe divided by that of the alternative; "times as fast" is the inverse ratio. Cases without disk
 access (b to e, and i) are compared by CPU time. Case (i) compares the current version with an earlier one, which is
-given with `--earlier`; the two versions run alternately in separate processes. If the alternative would take hours,
-part of its work is timed and the time is scaled, as stated in the table. The docstrings of the modules in
-`benchmarks/performance` describe the cases. `--only b,c` runs selected cases, and `--small` runs all of them at a small
-size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
+given with `--earlier`; the two versions are run alternately in separate processes. If the alternative would take hours,
+only part of its work is timed, and the time is scaled, as stated in the table. The cases are described in the
+docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs all cases at a
+small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
-The table lists median times for sizes over three decades; the sizes are also timed alternately. The exponent n of
-time ∝ sizeⁿ is a least-squares fit to the logarithms."""
+The table lists median times for sizes over three decades; the sizes are also timed alternately. The exponent n in
+time ∝ sizeⁿ is determined by a least-squares fit to the logarithms."""
 _MEMORY = """\
-The table lists the peak memory of a separate process that runs the case, and the increase since the start of the case.
-For commands, it lists the peak memory of the command, or of the largest of its processes."""
+The table lists the peak memory of a separate process that runs the case, and in parentheses the increase since
+the start of the case. For commands, it lists the peak memory of the command, or of its largest process."""
 _REPEATS, _SMALL_REPEATS = 15, 3
 _LIBRARIES = ("scipy", "pandas", "h5py", "numba")
 

@@ -44,7 +44,7 @@ _PATIENCE, _LONG_PATIENCE = 20.0, 300.0
 """How long one look at a file may take, s, which takes a tenth of a second; and how long all its steps once more."""
 _TRIED_AGAIN = 3
 """Flips of each kind of content that are looked for by computing everything again, which takes seconds."""
-_NOTICED, _SAME, _OTHER = "says that something is wrong", "reads the same", "reads other content without a word"
+_NOTICED, _SAME, _OTHER = "error", "unchanged content", "changed content, no error"
 _STEP = "|".join(STEPS)
 _CONTENT = {
     rf"^/entry/({_STEP})/parameters/.*": "parameters of a step, as viewers show them",
@@ -230,9 +230,9 @@ def rows_of(every: Sequence[Seen]) -> list[Row]:
     found, alone = sum(seen.found for seen in every), Counter(seen.alone for seen in every)
     changed, hidden = sum(bool(seen.changed) for seen in every), len(_hidden(every))
     return [
-        Row("flips that `verify` finds", f"{found} of {len(every)}", "all", holds=found == len(every)),
-        *(Row(f"of all, without the seal: HDF5 {what}", str(count)) for what, count in sorted(alone.items())),
-        Row("other content, sealed anew: found by other checks", f"{changed - hidden} of {changed}"),
+        Row("flips detected by `verify`", f"{found} of {len(every)}", "all", holds=found == len(every)),
+        *(Row(f"HDF5 without the seal: {what}", str(count)) for what, count in sorted(alone.items())),
+        Row("changed content, seal recomputed: detected by other checks", f"{changed - hidden} of {changed}"),
     ]
 
 
@@ -240,7 +240,7 @@ def by_kind(every: Sequence[Seen]) -> str:
     """Return a table of what HDF5 alone makes of flips of each kind of bytes."""
     columns = sorted({seen.alone for seen in every})
     counts = Counter((seen.flip.kind, seen.alone) for seen in every)
-    lines = [["Bytes of", "Flips", *columns, "Found under a new seal"], ["---"] * (len(columns) + 3)]
+    lines = [["Location", "Flips", *columns, "Detected with a recomputed seal"], ["---"] * (len(columns) + 3)]
     for kind in sorted({seen.flip.kind for seen in every}):
         of_kind = [seen for seen in every if seen.flip.kind == kind]
         changed = sum(bool(seen.changed) for seen in of_kind)
@@ -251,10 +251,10 @@ def by_kind(every: Sequence[Seen]) -> str:
 
 def by_content(every: Sequence[Seen]) -> str:
     """Return a list of what no check sees under a seal made anew, and whether computing it again does."""
-    lines = ["What none of the checks sees under a seal made anew:", ""]
+    lines = ["Changes that no check detects if the seal is recomputed:", ""]
     for held, alike in _by_content(_hidden(every)).items():
         tried = [seen.computed_again for seen in alike if seen.computed_again is not None]
-        lines.append(f"* {held}: {len(alike)}; `--recompute` finds {sum(map(bool, tried))} of {len(tried)} tried")
+        lines.append(f"* {held}: {len(alike)}; `--recompute` detects {sum(map(bool, tried))} of {len(tried)} tested")
     return "\n".join(lines)
 
 
@@ -263,8 +263,13 @@ def main() -> None:
     options = asked(__doc__, points=2000).parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         every = flip_bits(options.points, options.seed, Path(scratch))
-    about = f"{len(RUNS)} runs and a study. {options.points} flips are drawn evenly over all bytes, as many over kinds."
-    sys.exit(tell("bit_flips", "One bit flipped", options, rows_of(every), about, by_kind(every), by_content(every)))
+    about = (
+        f"{len(RUNS)} runs and a study. {options.points} flips are distributed evenly over all bytes, and as many "
+        "evenly over the kinds of content."
+    )
+    sys.exit(
+        tell("bit_flips", "Single flipped bits", options, rows_of(every), about, by_kind(every), by_content(every))
+    )
 
 
 if __name__ == "__main__":

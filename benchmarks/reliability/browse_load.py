@@ -108,9 +108,9 @@ def downloads(server: Server, size: int) -> list[Row]:
         whole = sum(_length(client) > size for client in clients)
     peak = server.peak()
     return [
-        Row(f"whole downloads of {size / 1e6:.2g} MB, at once", str(whole), str(DOWNLOADS), whole == DOWNLOADS),
-        Row("peak of the server's memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
-        Row("another request is answered within", f"{others:.2f} s"),
+        Row(f"complete downloads of {size / 1e6:.2g} MB, simultaneous", str(whole), str(DOWNLOADS), whole == DOWNLOADS),
+        Row("peak memory of the server", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
+        Row("response time of another request", f"{others:.2f} s"),
     ]
 
 
@@ -136,7 +136,7 @@ def idle_after(server: Server) -> Row:
     start = server.seconds()
     time.sleep(5.0)
     busy = server.seconds() - start
-    return Row("work in 5 s, beginning 5 s after the clients left", f"{busy:.2f} s", f"< {IDLE:g} s", busy < IDLE)
+    return Row("CPU time in 5 s, starting 5 s after the disconnection", f"{busy:.2f} s", f"< {IDLE:g} s", busy < IDLE)
 
 
 def reports(server: Server) -> list[Row]:
@@ -147,9 +147,9 @@ def reports(server: Server) -> list[Row]:
     idle = idle_after(server)
     peak = server.peak()
     return [
-        Row("reports requested by clients who left after 1 s", str(REPORTS)),
-        Row(f"after them: {idle.what}", *idle[1:]),
-        Row("after them: peak of the server's memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
+        Row("reports requested by clients that disconnect after 1 s", str(REPORTS)),
+        Row(f"afterwards: {idle.what}", *idle[1:]),
+        Row("afterwards: peak memory of the server", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
     ]
 
 
@@ -161,10 +161,10 @@ def half_open(server: Server) -> list[Row]:
     idle = idle_after(server)
     peak = server.peak()
     return [
-        Row("requests begun and not ended", str(HALF_OPEN)),
-        Row("among them: another request is answered within", f"{others:.2f} s", "< 2 s", others < 2),
-        Row(f"after them: {idle.what}", *idle[1:]),
-        Row("after them: peak of the server's memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
+        Row("incomplete requests", str(HALF_OPEN)),
+        Row("meanwhile: response time of another request", f"{others:.2f} s", "< 2 s", others < 2),
+        Row(f"afterwards: {idle.what}", *idle[1:]),
+        Row("afterwards: peak memory of the server", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
     ]
 
 
@@ -180,7 +180,7 @@ def rows(folder: Path) -> list[Row]:
         found = [*downloads(server, (archive / f"{RUN}.h5").stat().st_size), *reports(server), *half_open(server)]
         said = server.said.read()
     loud = len(re.findall("Traceback|Error|out of system", said))
-    return [*found, Row("tracebacks, or errors told by the server", str(loud), "0", not loud)]
+    return [*found, Row("tracebacks, or errors reported by the server", str(loud), "0", not loud)]
 
 
 def main() -> int:
@@ -199,10 +199,11 @@ def main() -> int:
         told = rows(Path(folder))
     return tell(
         "browse_load",
-        "The server of the pages under load",
+        "The web server under load",
         options,
         told,
-        "One server, one kind of load after the other, over the loopback interface. It may open 1024 files.",
+        "One server is tested with one kind of load after another, over the loopback interface. It may open 1024 "
+        "files.",
     )
 
 

@@ -193,10 +193,15 @@ def rows(what: str, found: Found) -> list[Row]:
     codes = ", ".join(f"{count} with exit code {code}" for code, count in sorted(found.codes.items()))
     return [
         Row(what, f"{found.tried}: {codes}"),
-        Row("most sentences of one command", str(found.sentences)),
-        Row("tracebacks, wrong exit codes, files unreadable or changed", str(len(found.wrong)), "0", not found.wrong),
-        Row("temporary files left", str(found.left), "0", not found.left),
-        Row("next command, with room, not complete", str(len(found.unfinished)), "0", not found.unfinished),
+        Row("most sentences in one error message", str(found.sentences)),
+        Row("tracebacks, wrong exit codes, unreadable or changed files", str(len(found.wrong)), "0", not found.wrong),
+        Row("temporary files left behind", str(found.left), "0", not found.left),
+        Row(
+            "commands not completed when repeated with free space",
+            str(len(found.unfinished)),
+            "0",
+            not found.unfinished,
+        ),
     ]
 
 
@@ -210,15 +215,15 @@ def main() -> int:
         disks = on_small_disks(lab, min(DISKS, options.points)) if may_mount() else Found()
     for found in (injected, disks):
         print(*found.wrong[:5], *found.unfinished[:5], sep="\n", file=sys.stderr)
-    told = rows("calls of the system that said the disk was full", injected)
+    told = rows("system calls that fail because the disk is full", injected)
     told += rows("small disks", disks) if disks.tried else [Row("small disks", "not tried: they need root on Linux")]
     return tell(
         "full_disk",
         "Full disks",
         options,
         told,
-        f"`tribopipe process` on {RUNS} short runs with figures takes {total} calls that need room. Every other time "
-        "the disk stays full after the first that fails.",
+        f"`tribopipe process` on {RUNS} short runs with figures makes {total} system calls that need disk space. In "
+        "every second test, the disk remains full after the first failed call.",
     )
 
 

@@ -1,8 +1,8 @@
 """run.toml and the other documents of a lab, changed 100 000 times: each is taken, or refused in one sentence.
 
-Half of the cases change a document by its structure (values of other kinds and sizes, other units, look-alike letters,
-keys exchanged, renamed, nested, repeated), a quarter by its lines, a quarter by its bytes. They start from the sample
-runs, from runs with everything that a run.toml can hold, and from recipes, studies, plans, templates and readers.
+In half of the cases, the structure of a document is changed (values of other types and magnitudes, other units,
+look-alike letters, keys exchanged, renamed, nested, repeated), in a quarter its lines, and in a quarter its bytes. The
+originals are the sample runs, runs with all keys of run.toml, and recipes, studies, plans, templates and readers.
 """
 
 import random
@@ -218,4 +218,4 @@ def _changed(draw: random.Random, content: bytes) -> bytes:
 
 
 if __name__ == "__main__":
-    sys.exit(main("fuzz_manifests", "Documents that went wrong", __doc__, make, sound()))
+    sys.exit(main("fuzz_manifests", "Mutated documents", __doc__, make, sound()))

@@ -1,8 +1,8 @@
 """Files of every format, changed 100 000 times in a run folder: each is archived, or refused in one sentence.
 
-Files of text are changed by their table (fields, columns, separators, decimal signs, names, encodings) in half of the
-cases, and by their bytes in the other half, as binary ones are always. They start from the tests' examples of each
-format. Workbooks and HDF5 files are read by processes of their own, which take 0.3 s each: 1 case in 200 is one.
+In half of the cases, the table of a text file is changed (fields, columns, separators, decimal signs, names,
+encodings), in the other half its bytes; in binary files, bytes are changed. The originals are the example files of each
+format in the tests. Workbooks and HDF5 files are read in separate processes, which take 0.3 s each: 1 case in 200.
 """
 
 import random
@@ -111,4 +111,4 @@ def make(draw: random.Random) -> Case:
 
 
 if __name__ == "__main__":
-    sys.exit(main("fuzz_signals", "Signal files that went wrong", __doc__, make, sound()))
+    sys.exit(main("fuzz_signals", "Mutated signal files", __doc__, make, sound()))

@@ -303,16 +303,16 @@ def rows_of(found: Found, points: int) -> Iterator[Row]:
     counts = found.counts
     yield Row("cases", f"{counts.total()}", f"{points}", holds=counts.total() == points)
     yield Row("archived", f"{counts['taken']}")
-    yield Row("refused in one sentence, the archive as it was", f"{counts['refused']}")
-    yield Row("sentences that end differently", f"{len(found.sentences)}")
+    yield Row("rejected with a one-sentence error, archive unchanged", f"{counts['refused']}")
+    yield Row("different error messages", f"{len(found.sentences)}")
     numbers = ", ".join(str(fault.number) for fault in found.faults[:20])
-    yield Row("anything else", f"{counts['fault']}" + (f": {numbers}" if numbers else ""), "0", not found.faults)
+    yield Row("other outcomes", f"{counts['fault']}" + (f": {numbers}" if numbers else ""), "0", not found.faults)
     if found.slowest is not None and found.largest is not None:
         slow, large = found.slowest, found.largest
         told = f"{slow.seconds:.2f} s, case {slow.number} of {slow.made_of}"
-        yield Row("longest time of a case", told, f"{LONGEST_SECONDS:.0f} s", slow.seconds <= LONGEST_SECONDS)
+        yield Row("longest time", told, f"{LONGEST_SECONDS:.0f} s", slow.seconds <= LONGEST_SECONDS)
         told = f"{large.memory / 1e6:.0f} MB, case {large.number} of {large.made_of}"
-        yield Row("most memory of a process", told, f"{MOST_MEMORY / 1e6:.0f} MB", large.memory <= MOST_MEMORY)
+        yield Row("highest memory of a process", told, f"{MOST_MEMORY / 1e6:.0f} MB", large.memory <= MOST_MEMORY)
 
 
 def main(name: str, title: str, description: str | None, make: Make, sound: Case) -> int:

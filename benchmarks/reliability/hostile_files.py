@@ -139,7 +139,7 @@ def attacked(names: list[str], folder: Path, chosen: Callable[[str], bool] = lam
     """Return a row for each hostile file: what the first refusal said, and the most that any command took."""
     good = good_archive(folder)
     usual = {one.name: one for one in _all_seen(good, folder, chosen)}
-    rows = [Row("the good file", _told(list(usual.values())), "all commands end well", _is_well(usual.values()))]
+    rows = [Row("the valid file", _told(list(usual.values())), "all commands succeed", _is_well(usual.values()))]
     for name in names:
         with tempfile.TemporaryDirectory(dir=folder) as scratch:
             found = _all_seen(spoilt(good, name, Path(scratch)), Path(scratch), chosen)
@@ -168,7 +168,7 @@ def _holds(one: Seen, usual: Seen) -> bool:
 def _told(found: list[Seen]) -> str:
     refused = [one for one in found if one.code]
     slowest, largest = max(found, key=lambda one: one.seconds), max(found, key=lambda one: one.megabytes)
-    said = f"refused by {len(refused)} of {len(found)}: {_sentence(refused[0].said)}" if refused else "read soundly"
+    said = f"rejected by {len(refused)} of {len(found)}: {_sentence(refused[0].said)}" if refused else "read correctly"
     return f"{said}; {slowest.seconds:.1f} s ({slowest.name}), {largest.megabytes:.0f} MB ({largest.name})"
 
 
@@ -189,8 +189,9 @@ def main() -> int:
         "Hostile archived files",
         options,
         rows,
-        f"{len(names)} files and {len(commands(Path(), Path()))} ways to read each, every one in a process of its own. "
-        "Time and memory are the most that any took; a process with all imported has 200 MB.",
+        f"{len(names)} files are read in {len(commands(Path(), Path()))} ways each, every time in a separate process. "
+        "The table lists the longest time and the highest memory; a process that has only imported all modules uses "
+        "200 MB.",
     )
 
 

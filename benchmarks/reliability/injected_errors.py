@@ -43,13 +43,13 @@ _NOT_SOUND = re.compile(r"damag|restore|from a copy|rescue|not HDF5|another prog
 _CALLED_FAILED = re.compile(r"cannot be (?:written|read or written|archived|taken in)")
 _UNFORESEEN = re.compile(r"Traceback|fault of tribopipe|Exception ignored")
 WRONG = {
-    "called damaged": "sound files called damaged",
-    "called failed": "completed writes called failed",
-    "called done": "writes called done that are not",
-    "unforeseen": "tracebacks, mistakes of tribopipe",
-    "without a word": "failures without a sentence",
-    "other words": "other words with exit code 0 than where nothing fails",
-    "changed": "files unreadable, or with another content than before or after",
+    "called damaged": "intact files reported as damaged",
+    "called failed": "completed writes reported as failed",
+    "called done": "incomplete writes reported as completed",
+    "unforeseen": "tracebacks, internal errors",
+    "without a word": "failures without an error message",
+    "other words": "exit code 0, but different output than without errors",
+    "changed": "unreadable files, or files with neither the old nor the new content",
 }
 
 
@@ -254,14 +254,14 @@ def rows(results: dict[str, Found]) -> list[Row]:
     """Return what was found as rows of a table."""
     kinds = sum((Counter(found.calls) for found in results.values()), Counter[str]())
     told = ", ".join(f"{count} {name}" for name, count in kinds.most_common())
-    made = [Row("calls of the system on files of the archive", told)]
+    made = [Row("system calls on files of the archive", told)]
     for name, found in results.items():
         codes = ", ".join(f"{count} with exit code {code}" for code, count in sorted(found.codes.items()))
         made.append(Row(f"`{name}`: {len(found.calls)} calls; errors injected", f"{found.tried}: {codes}"))
     for what, title in WRONG.items():
         count = sum(len(found.wrong[what]) for found in results.values())
         made.append(Row(title, f"{count} of {sum(found.tried for found in results.values())}", "0", not count))
-    made.append(Row("temporary files left for the next writer", str(sum(found.parts for found in results.values()))))
+    made.append(Row("temporary files left for the next command", str(sum(found.parts for found in results.values()))))
     return made
 
 
@@ -292,15 +292,16 @@ def main() -> int:
             print(*(f"{what}: {text}\n" for text in wrong[:6]), sep="\n", file=sys.stderr)
     return tell(
         "injected_errors",
-        "Errors of the system at calls on files of an archive",
+        "Injected operating system errors",
         options,
         rows(results),
-        f"An archive of one short run; {', '.join(ERRORS)}. Each command is given a sound archive, or none where it "
-        "makes one. One call fails at a time: "
+        f"The archive contains one short run. Errors: {', '.join(ERRORS)}. Each command starts with an intact "
+        "archive, or with none if it creates one. One system call fails at a time: "
         + (
-            f"{options.points} drawn from each error at each kind of call, and others drawn from all calls."
+            f"{options.points} random combinations of an error and a kind of call, and others at random calls of any "
+            "kind."
             if options.points
-            else "each error at each kind of call of each command, at a place drawn from all of that kind."
+            else "each error at each kind of call in each command, at a random call of this kind."
         ),
     )
 

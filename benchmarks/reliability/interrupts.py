@@ -149,11 +149,11 @@ def rows(found: Interrupted) -> list[Row]:
     codes = ", ".join(f"{count} with exit code {code}" for code, count in sorted(found.codes.items()))
     return [
         Row("interrupts", f"{len(found.moments)}: {codes}"),
-        Row("of these while Python itself was starting", str(found.early)),
-        Row("longest time from Ctrl-C to the end", f"{found.slowest:.2f} s", "< 2 s", found.slowest < 2),
-        Row("temporary files left", str(found.left), "0", not found.left),
-        Row("batches resumed to their end", str(found.batches)),
-        Row("tracebacks, wrong exit codes, files or figures", str(len(found.wrong)), "0", not found.wrong),
+        Row("of these, while Python was starting", str(found.early)),
+        Row("longest time from Ctrl-C to exit", f"{found.slowest:.2f} s", "< 2 s", found.slowest < 2),
+        Row("temporary files left behind", str(found.left), "0", not found.left),
+        Row("interrupted batches that were completed", str(found.batches)),
+        Row("tracebacks, or wrong exit codes, files or figures", str(len(found.wrong)), "0", not found.wrong),
     ]
 
 
@@ -168,11 +168,12 @@ def main() -> int:
     print(*found.wrong[:10], sep="\n", file=sys.stderr)
     return tell(
         "interrupts",
-        "Ctrl-C at random moments",
+        "Ctrl-C at random times",
         options,
         rows(found),
-        f"A batch of {options.runs} short runs with figures takes {one.seconds:.0f} s. The command is interrupted in "
-        f"the first {one.seconds / PART:.0f} s of it and given again, so that the moments lie all over the batch.",
+        f"A batch of {options.runs} short runs with figures takes {one.seconds:.0f} s. The command is interrupted "
+        f"within its first {one.seconds / PART:.0f} s and run again, so that the interruptions are distributed over "
+        "the entire batch.",
     )
 
 

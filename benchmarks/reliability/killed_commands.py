@@ -43,7 +43,16 @@ _WAIT = 0.002
 """How often is looked whether something was written, s."""
 _LONGEST = 60.0
 """How long a command may take, s."""
-WRONG = ("unreadable", "changed", "lost", "failed", "different", "left over", "remarked on by verify")
+WRONG = {
+    "unreadable": "unreadable files",
+    "changed": "runs with changed raw data",
+    "lost": "lost files",
+    "failed": "next command failed",
+    "different": "results that differ from those without interruption",
+    "left over": "temporary files left by the next command",
+    "remarked on": "findings of `verify`",
+}
+"""What may go wrong, as the table calls it."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +228,7 @@ class Bench:
         try:
             self._run(["verify", "--archive", "archive"], self.at)
         except RuntimeError as error:
-            wrong["remarked on by verify"].append(str(error))
+            wrong["remarked on"].append(str(error))
 
 
 def _below(folder: Path) -> Iterator[Path]:
@@ -243,7 +252,10 @@ def rows(found: dict[str, Found]) -> list[Row]:
             Row(f"`{name}` killed after its first write", str(one.kills)),
             Row(f"`{name}`: temporary files after the kills", str(one.parts)),
         ]
-        made += [Row(f"`{name}`: {what}", str(len(one.wrong[what])), "0", not one.wrong[what]) for what in WRONG]
+        made += [
+            Row(f"`{name}`: {label}", str(len(one.wrong[what])), "0", not one.wrong[what])
+            for what, label in WRONG.items()
+        ]
     return made
 
 
@@ -264,9 +276,13 @@ def main() -> int:
         "Commands killed after their first write",
         options,
         rows(found),
-        f"`watch`, `import` and `process -j 2` of {RUNS} short runs, each in a new folder, killed at a moment drawn "
-        "from the time between its first write and its end: alone, or with its workers. Then it is given again."
-        + ("" if options.kept is None else " Counted in parts, between which tribopipe was changed elsewhere."),
+        f"`watch`, `import` and `process -j 2` with {RUNS} short runs, each in a new folder, are killed at a random "
+        "time between the first write and the end, alone or with their workers. Then the same command is run again."
+        + (
+            ""
+            if options.kept is None
+            else " The benchmark was run in parts, between which other code of tribopipe was changed."
+        ),
     )
 
 

@@ -205,15 +205,20 @@ def rows(killing: Killing) -> list[Row]:
         what: len(killing.wrong[what]) for what in ("ended", "unreadable", "lost", "changed", "failed", "different")
     }
     return [
-        Row("writers killed at work", f"{killing.kills.total()}: {during}"),
-        Row("looks at all files, others writing", str(killing.looks)),
+        Row("writers killed", f"{killing.kills.total()}: {during}"),
+        Row("checks of all files while others are writing", str(killing.looks)),
         Row("writers that ended before they were killed", str(wrong["ended"]), "0", not wrong["ended"]),
         Row("unreadable files", str(wrong["unreadable"]), "0", not wrong["unreadable"]),
-        Row("runs lost that were said to be archived", str(wrong["lost"]), "0", not wrong["lost"]),
-        Row("runs of which a raw byte changed", str(wrong["changed"]), "0", not wrong["changed"]),
-        Row("next `process` that failed", f"{wrong['failed']} of {killing.completed}", "0", not wrong["failed"]),
-        Row("fields other than undisturbed after it", str(wrong["different"]), "0", not wrong["different"]),
-        Row("temporary files left, named by `verify`", str(killing.left)),
+        Row("lost runs that had been reported as archived", str(wrong["lost"]), "0", not wrong["lost"]),
+        Row("runs with a changed raw byte", str(wrong["changed"]), "0", not wrong["changed"]),
+        Row(
+            "subsequent `process` commands that failed",
+            f"{wrong['failed']} of {killing.completed}",
+            "0",
+            not wrong["failed"],
+        ),
+        Row("values that differ from those without interruption", str(wrong["different"]), "0", not wrong["different"]),
+        Row("temporary files left behind, listed by `verify`", str(killing.left)),
     ]
 
 
@@ -227,11 +232,11 @@ def main() -> int:
         print(*(f"{what}: {one}" for one in found[:5]), sep="\n", file=sys.stderr)
     return tell(
         "kills",
-        "Writers killed at random moments",
+        "Writers killed at random times",
         options,
         rows(killing),
-        f"{WRITERS} writers at once in one archive of {RUNS} short runs, each at one of four jobs on two of the runs, "
-        "over and over with all steps redone. Each is killed at a moment drawn from the time that its job takes once.",
+        f"{WRITERS} writers work simultaneously on one archive of {RUNS} short runs. Each repeats one of four jobs on "
+        "two of the runs, with all steps, and is killed at a random time within the usual duration of the job.",
     )
 
 

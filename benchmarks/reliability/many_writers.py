@@ -163,16 +163,20 @@ def rows(found: Found, count: int) -> list[Row]:
     late = found.waits[round(0.99 * last)]
     return [
         Row("runs in the archive", str(found.runs), str(count), found.runs == count),
-        Row("files with a broken seal, unreadable, or without a step", str(len(found.unsound)), "0", not found.unsound),
-        Row("steps that failed", str(len(found.failed)), "0", not found.failed),
-        Row("fields other than by one process alone", str(len(found.apart)), "0", not found.apart),
-        Row("rows of the catalogue other than made anew", str(len(found.listed_apart)), "0", not found.listed_apart),
-        Row("refreshes of the catalogue meanwhile", str(found.refreshes)),
         Row(
-            "waited for a lock: median, 99 %, longest",
+            "files with a broken seal, unreadable files, missing steps", str(len(found.unsound)), "0", not found.unsound
+        ),
+        Row("steps that failed", str(len(found.failed)), "0", not found.failed),
+        Row("values that differ from those of a single process", str(len(found.apart)), "0", not found.apart),
+        Row(
+            "catalog rows that differ from a rebuilt catalog", str(len(found.listed_apart)), "0", not found.listed_apart
+        ),
+        Row("catalog updates in the meantime", str(found.refreshes)),
+        Row(
+            "wait for a lock: median, 99th percentile, longest",
             f"{median * 1e3:.1f} ms, {late * 1e3:.1f} ms, {most * 1e3:.0f} ms",
         ),
-        Row("locks taken", str(len(found.waits))),
+        Row("locks acquired", str(len(found.waits))),
         Row("time", f"{found.seconds:.0f} s"),
     ]
 
@@ -186,11 +190,11 @@ def main() -> int:
         print(*wrong[:5], sep="\n", file=sys.stderr)
     return tell(
         "many_writers",
-        "Many writers at once",
+        "Many simultaneous writers",
         options,
         rows(found, options.points),
-        f"{PROCESSES} processes ingest {options.points // PROCESSES} runs each and correct their drift; {SHARED} runs "
-        "of each are worked on by another process at the same time.",
+        f"{PROCESSES} processes ingest {options.points // PROCESSES} runs each and correct them for drift; {SHARED} "
+        "runs of each process are processed by another one at the same time.",
     )
 
 

@@ -2,8 +2,8 @@
 
     python benchmarks/reliability/rescue.py --write
 
-A run of each tribometer is taken through the whole line, and its file damaged in three ways, each at random places:
-one bit flipped, a page of 4096 bytes zeroed, the tail cut off. What is saved is compared with the run folder.
+A run of each tribometer is processed completely, and its file is damaged in three ways, at random positions: one bit
+flipped, a page of 4096 bytes zeroed, the file truncated. The rescued files are compared with the run folder.
 """
 
 import random
@@ -50,7 +50,7 @@ def cut_off(content: bytearray, place: int) -> bytearray:
 DAMAGES: dict[str, Callable[[bytearray, int], bytearray]] = {
     "one bit flipped": flip_a_bit,
     "a page of 4096 bytes zeroed": zero_a_page,
-    "the tail cut off": cut_off,
+    "file truncated": cut_off,
 }
 
 
@@ -97,9 +97,9 @@ def rows(counts: dict[str, Counter[Saved]]) -> list[Row]:
         words = ", ".join(f"{outcome} in {count[outcome]}" for outcome in ("all sources", "some", "none"))
         enough = name != "one bit flipped" or count["all sources"] >= 0.9 * total
         wanted = "all sources in 90 %" if name == "one bit flipped" else ""
-        found.append(Row(f"{name}, {total} times: saved", words, wanted, holds=enough))
+        found.append(Row(f"{name}, {total} times: rescued", words, wanted, holds=enough))
     wrong = sum(count["WRONG"] for count in counts.values())
-    return [*found, Row("files saved that are not what they were", str(wrong), "none", holds=not wrong)]
+    return [*found, Row("rescued files with wrong content", str(wrong), "none", holds=not wrong)]
 
 
 def main() -> int:
@@ -108,7 +108,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         counts = trials(options.points, options.seed, Path(folder))
     return tell(
-        "rescue", "Source files saved from damaged runs", options, rows(counts), (__doc__ or "").split("\n\n")[2]
+        "rescue", "Source files rescued from damaged runs", options, rows(counts), (__doc__ or "").split("\n\n")[2]
     )
 
 

@@ -73,7 +73,7 @@ def _origin(name: str) -> str:
 
 def _table(rows: Sequence[Row]) -> str:
     held = {True: "yes", False: "NO"}
-    cells = [("What", "Found", "Required", "Met")]
+    cells = [("Quantity", "Result", "Required", "Met")]
     cells += [(row.what, row.found, row.asked, held[row.holds] if row.asked else "") for row in rows]
     widths = [max(len(line[column]) for line in cells) for column in range(4)]
     lines = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in cells]

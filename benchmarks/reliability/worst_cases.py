@@ -186,14 +186,16 @@ def _import(text: str) -> None:
 
 def rows(patterns: list[Taken], found: list[Taken], bounded: dict[str, float]) -> list[Row]:
     """Return what was found as rows of a table."""
-    made = [*_rows("patterns, as they are called", patterns), *_rows("readers, documents and crates", found)]
+    made = [*_rows("regular expressions", patterns), *_rows("readers, documents and crates", found)]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _A_MEGABYTE
     longest = f"{1e3 * max(bounded.values()):.2f} ms (`{max(bounded, key=bounded.__getitem__)}`)"
     return [
         *made,
-        Row("patterns whose texts are bounded", str(len(bounded))),
-        Row("longest on the longest text", longest, f"< {AT_MOST * 1e3:.0f} ms", max(bounded.values()) < AT_MOST),
-        Row("peak of memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
+        Row("regular expressions with input of limited length", str(len(bounded))),
+        Row(
+            "longest time with the longest input", longest, f"< {AT_MOST * 1e3:.0f} ms", max(bounded.values()) < AT_MOST
+        ),
+        Row("peak memory", f"{peak:.0f} MB", f"< {MEGABYTES:.0f} MB", peak < MEGABYTES),
     ]
 
 
@@ -201,10 +203,10 @@ def _rows(what: str, found: list[Taken]) -> Iterator[Row]:
     slow, worst = [one for one in found if not one.is_linear], max(found, key=lambda one: one.seconds[-1])
     steep = max(found, key=lambda one: one.seconds[-1] / one.seconds[-2])
     yield Row(what, str(len({one.what for one in found})))
-    yield Row("longest at 128 KB", f"{worst.seconds[-1]:.3f} s (`{worst.what}`, {worst.alphabet})")
+    yield Row("longest time for 128 KB", f"{worst.seconds[-1]:.3f} s (`{worst.what}`, {worst.alphabet})")
     ratio = steep.seconds[-1] / steep.seconds[-2]
-    told = f"{len(slow)}; {ratio:.2f} times at most (`{steep.what}`, {steep.alphabet})"
-    yield Row(f"of {len(found)}, {MOST} times as long or longer at 128 KB as at 64 KB", told, "0", not slow)
+    told = f"{len(slow)}; at most {ratio:.2f} times (`{steep.what}`, {steep.alphabet})"
+    yield Row(f"of {len(found)}, at least {MOST} times as long for 128 KB as for 64 KB", told, "0", not slow)
 
 
 def main() -> int:
@@ -219,13 +221,14 @@ def main() -> int:
             print(one, file=sys.stderr)
     return tell(
         "worst_cases",
-        "Patterns and readers on worst cases",
+        "Regular expressions and readers with worst-case input",
         options,
         rows(patterns, found, longest_texts()),
-        f"Processor time on 16, 64 and 128 KB of each of: {', '.join(ALPHABETS)}; the least of {TIMES}, and of up to "
-        f"{TRIES} where it does not look linear. What takes less than {SHORTEST * 1e3:.0f} ms is repeated until it "
-        "takes as long, so that every ratio counts. Each pattern is called as the package does; a reader is given a "
-        "file of the alphabet alone, and one of its format with the alphabet in the first line, or in a row.",
+        f"CPU time for 16, 64 and 128 KB of each of these alphabets: {', '.join(ALPHABETS)}; the minimum of {TIMES} "
+        f"repeats, or of up to {TRIES} if the time does not appear to be linear. Calls that take less than "
+        f"{SHORTEST * 1e3:.0f} ms are repeated until they take {SHORTEST * 1e3:.0f} ms in total, so that all ratios "
+        "are meaningful. Each regular expression is called as in the package; each reader reads a file that contains "
+        "only the alphabet, and a file in its format with the alphabet in the first line or in a row.",
     )
 
 

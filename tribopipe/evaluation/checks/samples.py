@@ -405,7 +405,7 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
                 name,
                 f"found {_shown(name, values[first])} in {count} samples in a row, from {run.numbered(first)} on; "
                 "expected a varying signal",
-                "check whether the sensor was on, and empty these fields in a copy of the file if it was not",
+                "check whether the sensor was on; if not, delete these values in a copy of the file",
             )
 
 
