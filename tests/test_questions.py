@@ -9,7 +9,7 @@ from folders import ROOT
 from tribopipe.cli.documentation import entries, page, pages, pages_for, stem, title, weights
 
 ASKED = {
-    "my disc wears but not the ball": "not_covered",
+    "my disc wears but not the ball": "both_bodies",
     "how do i cite this": "cite",
     "export to excel": "spreadsheets",
     "what is k_D": "glossary",
@@ -69,7 +69,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.parametrize(("asked", "least"), [(ASKED, 23), (OTHERS, 27)], ids=["25 of users", "30 others"])
+@pytest.mark.parametrize(("asked", "least"), [(ASKED, 25), (OTHERS, 30)], ids=["25 of users", "30 others"])
 def test_plain_questions_lead_to_the_right_page_first(asked, least):
     found = {question: pages_for(question)[:3] for question in asked}
     wrong = {question: found[question] for question, right in asked.items() if found[question][:1] != [right]}
