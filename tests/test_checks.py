@@ -366,6 +366,12 @@ CASES = {
         "end_values.pin_scar_diameter",
         manifest(end_values__pin_scar_diameter="200 um"),
     ),
+    "profile_width": (
+        "warning",
+        lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-3)}),
+        "end_values.disc_profile",
+        lambda run: replace(run, profiles={"end_values.disc_profile": straight(4e-6)}),
+    ),
     "elastic_scar": (
         "warning",
         manifest(end_values__pin_scar_diameter="30 um"),
@@ -559,6 +565,24 @@ MORE = {
         "scar_or_radius",
         manifest(end_values__disc_wear_depth="145 um"),
         "end_values.pin_scar_diameter, end_values.disc_wear_depth",
+    ),
+    "length and width of a scar interchanged": (
+        "scar_or_radius",
+        manifest(end_values={"pin_scar_length": "460 um", "pin_scar_width": "430 um"}),
+        "end_values.pin_scar_length, end_values.pin_scar_width",
+    ),
+    "half the width of the track beside a length": (
+        "scar_or_radius",
+        manifest(end_values={"pin_scar_length": "460 um", "disc_track_width": "245 um"}),
+        "end_values.pin_scar_length, end_values.disc_track_width",
+    ),
+    "profile in nm as µm": (
+        "profile_width",
+        both(
+            manifest(end_values__pin_scar_diameter="60 um", end_values__disc_wear_depth=None),
+            lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-9)}),
+        ),
+        "end_values.disc_profile",
     ),
     "cross-section of the track in mm² for µm²": (
         "scar_or_radius",
@@ -808,6 +832,10 @@ LESS = {
     "mass loss within the noise of the balance": (
         "implausible_conditions",
         manifest(end_values__pin_mass_loss={"value": "0.4 ug", "standard_uncertainty": "1 ug"}),
+    ),
+    "scar a little longer than wide": (
+        "scar_or_radius",
+        manifest(end_values={"pin_scar_length": "460 um", "pin_scar_width": "445 um"}),
     ),
     "groove as deep as the pin has worn": ("scar_or_radius", manifest(end_values__disc_wear_depth="15 um")),
     "superlubricity": ("implausible_friction", friction_times(1 / 300)),

@@ -61,6 +61,7 @@ TITLES: Mapping[str, str] = {
     "rate_not_steady": "overall and steady-state wear rates differ",
     "implausible_wear": "implausible wear for sliding",
     "scar_or_radius": "scar size may be a radius",
+    "profile_width": "width and depth of a profile do not match",
     "elastic_scar": "scar partly elastic",
     "scar_not_round": "scar measured in an unknown direction",
     "uneven_scars": "readings of the scar differ widely",

@@ -20,6 +20,7 @@ from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
+from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.worn_pair import WIDTHS, surest
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
@@ -34,6 +35,8 @@ _SAME = 0.01
 """Relative difference within which two lengths are one."""
 _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
+_LONGER = 1.05
+"""Length over width of a scar from which on they cannot be of one contact; debris can make a scar a little longer."""
 _ELASTIC = 0.05
 """Fraction of the wear volume calculated from a scar that is due to elastic deflection and above which it is reported,
 if it exceeds the uncertainty of the volume."""
@@ -409,9 +412,48 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
             "a larger scar",
             "check that it is the diameter, and check its unit, the load and the radius of the pin",
         )
+    if pin.line:
+        yield from _scar_across(run, pin.line)
+        return
     if end.pin_scar_diameter is not None:
         yield from _track_beside(end.pin_scar_diameter, end)
         yield from _groove_beside(end.pin_scar_diameter, run)
+    yield from _longer_than_wide(end)
+
+
+@check("warning")
+def profile_width(run: RawRun) -> Iterator[Trouble]:
+    """Find a groove in a profile far wider or narrower than a pin of this shape is in contact at its depth."""
+    pin = run.manifest.pin
+    if pin is None or not pin.widens or pin.line:
+        return
+    tip, worn, start = PinTip.of(run.manifest.sliding_pin.equivalent_pin), _pin_depth(run), _start_width(run)
+    for where, profile in run.profiles.items():
+        if not where.startswith("end_values.disc_profile") or reference_radius(run.manifest, where) is not None:
+            continue
+        with suppress(FitError):
+            track = worn_area(profile, None)
+            approach = track.depth.value + (worn or 0.0)
+            across = 2 * float(tip.on_track(tip.radius).half_width_at(min(approach, tip.radius)))
+            # Of a pin that was not measured, any part may be worn, which makes the groove wider.
+            too_wide = worn is not None and track.width.value > _WIDE * math.hypot(across, start)
+            if too_wide or track.width.value < _NARROW * across or approach > tip.radius:
+                yield Trouble(
+                    where,
+                    f"found a groove {track.width.shown('um')} wide and {track.depth.shown('um')} deep; expected a "
+                    f"width of about {show(across, None, 'm', 'um')}, over which the pin is in contact at this depth",
+                    "check the units of position and height, that the height increases away from the specimen, and "
+                    "the radius of the pin",
+                )
+                return
+
+
+def _pin_depth(run: RawRun) -> float | None:
+    """Return the wear depth of the pin, m, by what was measured on it; None without a measurement."""
+    with suppress(ContactError, FitError):
+        way = surest(pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"], "depth")
+        return None if way is None or way.depth is None else max(way.depth.value, 0.0)
+    return None
 
 
 @check("warning")
@@ -517,6 +559,36 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
             f"volume and k_D are too large by about this fraction{fitted}; enter a profile or a wear depth instead, or "
             "run a longer test",
         )
+
+
+def _scar_across(run: RawRun, contact_length: float) -> Iterator[Trouble]:
+    """Find the size of a scar on a block that is that of the block, across the sliding direction."""
+    for name, scar in _scars(run):
+        if abs(scar.value / contact_length - 1) < _SAME:
+            yield Trouble(
+                f"end_values.{name}",
+                f"found {scar.shown('mm')}, the length of the contact across the sliding direction; expected the size "
+                "of the scar along the sliding direction",
+                "enter the size along the sliding direction; keep the value if it is, and both happen to be equal",
+            )
+
+
+def _longer_than_wide(end: EndValues) -> Iterator[Trouble]:
+    """Find a scar longer than it, or its track, is wide: a groove makes a scar wider, never narrower."""
+    length, default = end.pin_scar_length, DefaultUncertainty().track_width.value
+    for name in WIDTHS:
+        width = getattr(end, name)
+        if length is None or width is None:
+            continue
+        spread = math.hypot(*(one.standard_uncertainty or default for one in (length, width)))
+        if length.value > max(_LONGER * width.value, width.value + 3 * spread):
+            yield Trouble(
+                f"end_values.pin_scar_length, end_values.{name}",
+                f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width of at "
+                "least the length, since a groove makes the scar wider than long",
+                "check that the length is measured along the sliding direction and the width across it, and that "
+                "neither is half the size",
+            )
 
 
 def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
