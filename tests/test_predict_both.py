@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweeps import others_slow
 
+from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.manifest import read_manifest
@@ -19,6 +20,8 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import given_wear
+from tribopipe.pipeline.stages import ingest, predict_with
+from tribopipe.readers.harmonize import read_run
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -366,3 +369,13 @@ def test_a_load_far_from_that_of_k_d_is_named(newtons, note):
     found = [one for one in fitted.notes if one.startswith("extrapolation: the load is")]
     assert [note in one for one in found] == ([True] if note else [])
     assert not any("the load is" in one for one in predict_wear(scenario, [100.0]).notes)
+
+
+def test_an_impossible_prediction_names_the_run_whose_k_d_it_is(tmp_path):
+    strokes = SAMPLES / "al2o3-reciprocating-5N"
+    archive = Archive(tmp_path / "archive")
+    ingest(strokes, archive)
+    contact = read_run(strokes).manifest.described
+    stated = {name: Quantity(value=1e-8, unit="m^2/N") for name in ("ball", "flat")}
+    with pytest.raises(ContactError, match="prediction with the k_D of another-run: contact: found"):
+        predict_with(archive, strokes.name, "another-run", "archard", given_wear(contact, stated, Recipe()), Recipe())

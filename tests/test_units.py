@@ -281,9 +281,22 @@ def test_a_revolution_is_a_cycle_of_a_frequency(text):
     assert parse(text, "frequency") == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("text", ["0.2 Nm", "200 mNm", "200 Nmm", "20 Ncm", "0.2 N m", "200 N·mm", "0.2 N*m"])
+@pytest.mark.parametrize(
+    "text", ["0.2 Nm", "200 mNm", "200 Nmm", "20 Ncm", "0.2 N m", "200 N·mm", "0.2 N*m", "20 cNm", "0.2 N-m"]
+)
 def test_torques_are_read_as_labs_write_them(text):
     assert parse(text, "torque") == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("unit", ["ft-lb", "lb-ft", "ft·lbf", "lbf ft", "ft.lbs", "Ft-Lbs"])
+def test_pounds_in_torques_are_forces(unit):
+    assert parse(f"1 {unit}", "torque") == pytest.approx(0.3048 * 0.45359237 * 9.80665)
+    assert parse(f"12 {unit.casefold().replace('ft', 'in')}", "torque") == pytest.approx(1.3558179483)
+
+
+def test_the_unit_of_a_dead_weight_is_suggested():
+    with pytest.raises(UnitError, match="or 'kgf' for a dead weight"):
+        parse("4 kg", "force")
 
 
 def test_a_nanometer_is_no_torque():

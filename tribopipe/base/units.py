@@ -79,6 +79,8 @@ _LAB_SPELLINGS = {
     **dict.fromkeys(("deg c", "deg. c", "°c", "ºc", "grad c"), "degC"),
     **dict.fromkeys(("deg f", "deg. f"), "degF"),
     **dict.fromkeys(("rpm", "u/min", "rev/min", "r/min", "tr/min", "obr/min", "obr./min", "giri/min", "转/分"), "rpm"),
+    **dict.fromkeys(("rev/s", "rev/sec", "r/s"), "rps"),
+    **dict.fromkeys(("fpm", "sfpm"), "ft/min"),
     **dict.fromkeys(("%rh", "% rh", "% r.h.", "%rf", "% rf", "% r.f.", "%r.f."), "%"),
     **dict.fromkeys(("sek", "sek.", "sec", "sec.", "seg", "seg.", "秒"), "s"),
     **dict.fromkeys(("gm", "gms", "grams"), "g"),
@@ -91,10 +93,31 @@ _LAB_SPELLINGS = {
     **dict.fromkeys(("micron", "microns", "micra", "micras", "micromètres", "micrómetros"), "um"),
     **dict.fromkeys(("mil", "mils"), "thou"),
     **dict.fromkeys(("kp", "kilopond"), "kgf"),
+    # Torques, in which a pound is a force: ft-lb, lbf·in, in*lbs …
+    **{
+        f"{one}{sign}{other}": f"{arm}*{force}"
+        for arm in ("ft", "in")
+        for name, force in (("lb", "lbf"), ("lbs", "lbf"), ("lbf", "lbf"), ("oz", "ozf"), ("ozf", "ozf"))
+        for one, other in ((arm, name), (name, arm))
+        for sign in "-*·. "
+    },
 }
 """As labs write units, in small letters; most are none, or another one, by the rules: "Min" would be millions of
 inches, "Deg C" degrees times coulomb, "U/min" atomic mass units."""
-_TORQUES = {"Nm": "N*m", "mNm": "mN*m", "kNm": "kN*m", "Nmm": "N*mm", "Ncm": "N*cm", "N m": "N*m", "N mm": "N*mm"}
+_TORQUES = {
+    "Nm": "N*m",
+    "mNm": "mN*m",
+    "kNm": "kN*m",
+    "Nmm": "N*mm",
+    "Ncm": "N*cm",
+    "N m": "N*m",
+    "N mm": "N*mm",
+    "cNm": "cN*m",
+    "uNm": "uN*m",
+    "µNm": "uN*m",
+    "μNm": "uN*m",
+    **{f"{force}-{arm}": f"{force}*{arm}" for force in ("N", "mN", "kgf", "gf") for arm in ("m", "cm", "mm")},
+}
 """Torques as labs write them; capitals count, or "Nm" would be a nanometer."""
 _SUPERSCRIPTS = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
 _FROM_SUPERSCRIPT = str.maketrans(_SUPERSCRIPTS, "-0123456789")
@@ -190,7 +213,8 @@ def _checked_unit(text: str, kind: str) -> _Unit:
         ) from None
     if unit.dimension != _unit(wanted.si).dimension:
         found = f"the unit {text!r}, which is not a unit of {kind}" if text.strip() else "no unit"
-        raise UnitError(f"found {found}; expected a {kind} unit such as {wanted.shown!r}")
+        weight = f", or {text + 'f'!r} for a dead weight" if kind == "force" and text in ("g", "kg", "lb") else ""
+        raise UnitError(f"found {found}; expected a {kind} unit such as {wanted.shown!r}{weight}")
     in_angles = bool(_ANGLE.search(_as_by_the_rules(text)))
     if kind == "rotational speed" and not in_angles:
         return unit._replace(slope=unit.slope * Decimal(math.tau))

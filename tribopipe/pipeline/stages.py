@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar
 from tribopipe.archive.deferred_write import OneRun
 from tribopipe.archive.step_names import STEPS, WEAR_FITS, StepName, StepStage, stage_of
 from tribopipe.archive.store import Archive
-from tribopipe.base.errors import ArchiveError, ManifestError, TribopipeError
+from tribopipe.base.errors import ArchiveError, ContactError, ManifestError, TribopipeError
 from tribopipe.base.executor import ALONE, Crew, at_work, in_turn
 from tribopipe.base.failures import in_a_sentence
 from tribopipe.base.files import found_below, natural_order
@@ -178,7 +178,11 @@ def predict_with(
 ) -> Outcome:
     """Predict a run's wear from the k_D that ``reference`` found, over the run's own distance, and archive it."""
     _clean_first(archive, run_id, recipe)
-    return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), force=force)
+    try:
+        return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), force=force)
+    except ContactError as error:
+        # The run that k_D is from may be at fault, rather than the one that is predicted.
+        raise ContactError(f"prediction with the k_D of {reference}: {error}") from error
 
 
 def wear_archived_locally(
