@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 from folders import replace_in
 
@@ -9,7 +10,10 @@ from tribopipe.archive.store import Archive
 from tribopipe.browse.answers import run_answer
 from tribopipe.browse.file_cache import Kept, RunFile
 from tribopipe.browse.plots import run_plots
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.pipeline.stages import process
+from tribopipe.readers.harmonize import read_run
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding, first_of_each_code
 from tribopipe.results.wear_fit import WearFit
@@ -19,6 +23,20 @@ from tribopipe.views.run_figures import basis_words
 from tribopipe.views.run_page import run_page
 
 CODE = "reading_contradicts_measurement"
+
+POLYMER = """
+schema = "tribopipe.run/1"
+id = "creep"
+[contact]
+kind = "pin-on-disc"
+pin = { shape = "flat", radius = "4 mm", material = "PEEK", youngs_modulus = "3.7 GPa", poisson_ratio = 0.4 }
+disc = { material = "steel", youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
+[conditions]
+normal_load = "100 N"
+sliding_speed = "0.2 m/s"
+[[signals]]
+file = "signals.csv"
+"""
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -103,3 +121,20 @@ def test_drift_page_shows_both_rates_and_what_the_model_finds(archive):
     assert told["drift rate (two-step correction)"] == correction.two_step_rate.shown("nm/min")
     assert told["probability of settling"] == f"{correction.model.settling_probability:.2f}"
     assert told["slow wander (RMS)"] == correction.model.wander.shown("nm")
+
+
+def test_settling_without_a_post_test_measurement_asks_for_one(tmp_path):
+    time = np.linspace(0.0, 3000.0, 601)
+    depth = 5 + 0.02 * time + 25 * -np.expm1(-time / 300) + 0.3 * np.random.default_rng(1).normal(size=601)
+    (tmp_path / "run.toml").write_text(POLYMER, encoding="utf-8")
+    np.savetxt(
+        tmp_path / "signals.csv",
+        np.column_stack([time, depth]),
+        delimiter=",",
+        header="time [s],depth [um]",
+        comments="",
+    )
+    run = read_run(tmp_path)
+    fit = fit_wear(correct_drift(run), "archard")
+    (found,) = [one for one in fit.findings if one.code == "reading_settles"]
+    assert found.remedy.startswith("measure the scar or the mass loss")

@@ -303,6 +303,12 @@ def _consequence(two_step: Quantity | None) -> str:
     return "the two-step correction attributes the difference to drift"
 
 
+_MEASURE = (
+    "measure the scar or the mass loss: creep and thermal expansion need not be exponential, and k_D from the depth "
+    "signal alone may be wrong by more than its uncertainty"
+)
+
+
 def _misfit(problem: DepthProblem) -> Finding:
     posterior, law = problem.posterior, problem.law.title
     change = rate_change(problem)
@@ -322,7 +328,7 @@ def _misfit(problem: DepthProblem) -> Finding:
             "reading_settles",
             f"in addition to wear, the depth signal settles exponentially by {size} ({law}); the fit includes this "
             "settling",
-            "let the rig warm up before the test, or record the temperature",
+            "let the rig warm up before the test, or record the temperature" if problem.measured_after else _MEASURE,
         )
     reliable = (
         "the post-test measurement is the more reliable one"
@@ -345,7 +351,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
             "check whether the motor stopped or the contact was lost, and delete the rows after this distance if so; "
             "otherwise, check whether the sensor reached the end of its range",
         )
-    changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.2g} times that before"
+    changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.3g} times that before"
     if problem.measured_after:
         mean, remedy = "the reported k_D is the mean over the test", "split the test there"
     else:
