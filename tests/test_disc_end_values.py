@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
+from tribopipe.evaluation.checks.end_values import impossible_measurement
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.twin_disc import disc_end_wear, disc_measurements
 from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.readers.harmonize import read_run
+from tribopipe.results.run import RawRun
 
 CROWN, RADIUS = 4e-3, 4e-3
 ALL = tuple(
@@ -154,6 +156,34 @@ def test_defaults_stand_in_where_no_uncertainty_was_stated():
         "wear_volume": (pytest.approx(0.8e-12), "default"),
         "track_width": (2e-6, "default"),
     }
+
+
+def weighed(**ends) -> RawRun:
+    """A run whose crowned disc, of 3.2 g/cm³, was weighed."""
+    document = BARE.model_dump(by_alias=True)
+    document["contact"]["curved_disc"]["density"] = "3.2 g/cm^3"
+    mass = {"curved_disc_mass_loss": {"value": "0.0128 mg", "standard_uncertainty": "1 %"}}
+    return raw(mass | ends, manifest=RunManifest.model_validate(document))
+
+
+def test_mass_loss_gives_the_wear_volume():
+    (found,) = disc_measurements(weighed(), DefaultUncertainty())
+    assert (found.name, found.quantity.value) == ("curved_disc_wear_volume", pytest.approx(4e-12))
+    assert found.quantity.standard_uncertainty == pytest.approx(4e-12 * math.hypot(0.01, 0.005))
+
+
+@pytest.mark.parametrize(
+    "other", [{"curved_disc_wear_volume": volume(4e-12)}, {"curved_disc_profile": [{"file": "crown.csv"}]}]
+)
+def test_mass_loss_next_to_a_volume_is_refused(other):
+    with pytest.raises(ValueError, match="curved_disc_mass_loss: found a mass loss in addition to curved_disc"):
+        weighed(**other)
+
+
+def test_mass_loss_without_density_is_refused_by_check():
+    run = raw({"flat_disc_mass_loss": {"value": "0.1 mg"}})
+    assert [one.where for one in impossible_measurement(run)] == ["end_values.flat_disc_mass_loss"]
+    assert not list(impossible_measurement(weighed()))
 
 
 def test_flat_disc_measured_at_an_interruption_only_is_not_unworn_at_the_end():

@@ -334,6 +334,8 @@ class EndValues(Record):
     """Width of the flat worn on a crowned disc."""
     curved_disc_wear_volume: MeasuredVolume | None = None
     """Wear volume of a crowned disc."""
+    curved_disc_mass_loss: MeasuredMass | None = None
+    """Mass loss of a crowned disc; requires its density."""
     curved_disc_profile: Profiles = ()
     """Profiles across the track of a crowned disc; the wear volume is determined from them."""
     flat_disc_wear_depth: MeasuredDepth | None = None
@@ -342,6 +344,8 @@ class EndValues(Record):
     """Width of the track on a cylindrical disc."""
     flat_disc_wear_volume: MeasuredVolume | None = None
     """Wear volume of a cylindrical disc."""
+    flat_disc_mass_loss: MeasuredMass | None = None
+    """Mass loss of a cylindrical disc; requires its density."""
     flat_disc_profile: Profiles = ()
     """Profiles across the track of a cylindrical disc; the wear volume is determined from them."""
 
@@ -352,7 +356,7 @@ class EndValues(Record):
             value = getattr(self, name)
             signed = name.endswith(("wear_volume", "mass_loss")) and name.startswith(("pin", "disc"))
             if isinstance(value, EndValue) and value.value < 0 and not signed:
-                found = value.shown({"m": "um", "m^3": "mm^3"}[value.unit])
+                found = value.shown({"m": "um", "m^3": "mm^3", "kg": "mg"}[value.unit])
                 raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss; remove the sign")
         return self
 
@@ -363,6 +367,18 @@ class EndValues(Record):
                 raise ValueError(
                     f"{body}_wear_volume: found a wear volume in addition to {body}_profile, from which it is "
                     "computed; expected only one of the two; remove the other"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _volume_of_a_rolling_disc_is_given_once(self) -> Self:
+        for disc in ("curved_disc", "flat_disc"):
+            keys = [f"{disc}_{what}" for what in ("wear_volume", "profile", "mass_loss")]
+            found = [key for key in keys if getattr(self, key)]
+            if f"{disc}_mass_loss" in found and len(found) > 1:
+                raise ValueError(
+                    f"{disc}_mass_loss: found a mass loss in addition to {found[0]}; expected only one of the two, "
+                    "since each gives the wear volume; remove the other"
                 )
         return self
 

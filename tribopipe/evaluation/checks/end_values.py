@@ -24,16 +24,18 @@ from tribopipe.results.run import RawRun
 @check("error")
 def impossible_measurement(run: RawRun) -> Iterator[Trouble]:
     """Refuse a mass without density, and more wear than a pin holds."""
-    if run.manifest.pin is None:
+    contact = run.manifest.contact
+    if contact is None:
         return
-    contact = run.manifest.sliding_pin
-    for where, end in _pin_parts(run.manifest):
+    for where, end in _parts(run.manifest):
         yield from _masses_without_density(where, end, contact)
-        yield from _impossible_on_the_pin(where, end, contact)
+        if run.manifest.pin is None:
+            continue
+        yield from _impossible_on_the_pin(where, end, run.manifest.sliding_pin)
         yield from _impossible_track(where, end, run.manifest)
 
 
-def _pin_parts(manifest: RunManifest) -> Iterator[tuple[str, EndValues]]:
+def _parts(manifest: RunManifest) -> Iterator[tuple[str, EndValues]]:
     yield "end_values", manifest.end_values
     for number, stop in enumerate(manifest.interruptions):
         yield f"interruptions[{number}]", stop

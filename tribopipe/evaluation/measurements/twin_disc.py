@@ -14,7 +14,8 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import DISCS, DiscName, TwinDisc
-from tribopipe.evaluation.measurements.readings import over_places, profiles_at, tracks_in
+from tribopipe.evaluation.measurements.pin_tip import known_density
+from tribopipe.evaluation.measurements.readings import certain, over_places, profiles_at, tracks_in, volume_of_mass
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, WornBodies, surest
 from tribopipe.physics.twin_disc import DiscPair
 from tribopipe.results.input_quantities import Source, stated_or_default
@@ -73,7 +74,7 @@ def _measured(
         for what in get_args(Measured):
             stated = getattr(values, f"{disc}_{what}")
             if stated is None and what == "wear_volume":
-                stated = _profiled_volume(run, disc, defaults, number)
+                stated = _profiled_volume(run, disc, defaults, number) or _weighed_volume(run, disc, values, defaults)
             if stated is not None:
                 yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number)
 
@@ -107,6 +108,19 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     around = 2 * math.pi * body.rolling_radius.value
     spread = around * math.hypot(area.standard_uncertainty or 0.0, off)
     return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
+
+
+def _weighed_volume(run: RawRun, disc: DiscName, values: EndValues, defaults: DefaultUncertainty) -> EndValue | None:
+    """Return the volume of the mass that a disc has lost, m³; None if it was not weighed.
+
+    Raises ``FitError`` where run.toml does not state the density.
+    """
+    mass: EndValue | None = getattr(values, f"{disc}_mass_loss")
+    if mass is None:
+        return None
+    density = known_density(run, disc, f"{disc}_mass_loss", defaults)
+    volume = volume_of_mass(certain(mass, defaults.mass_loss.value)[0], density)
+    return EndValue(**volume.model_dump(), method="mass loss")
 
 
 def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None) -> WornBodies:
