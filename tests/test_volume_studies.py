@@ -10,6 +10,8 @@ from end_value_runs import CIRCLE, RADIUS, described, run_of, si
 from test_volume_fit import SCAR, sample
 
 from tribopipe.base.errors import FitError
+from tribopipe.cli.overview import show_study_overview
+from tribopipe.cli.process_table import _agreement
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.documents.study import Study
@@ -67,6 +69,15 @@ def test_scatter_between_runs_is_that_of_their_volumes():
     fit = [member(f"run-{n}", pin_wear_volume=lost(one, share=1e-4)) for n, one in enumerate(factors)]
     between = studied(fit).result.laws[0].first.between_runs
     assert between.scatter == pytest.approx(np.std(factors, ddof=1) / np.mean(factors), rel=0.01)
+
+
+def test_an_outlier_is_named_without_asking_for_details(capsys):
+    fit = [member(f"run-{n}", pin_wear_volume=lost(factor)) for n, factor in enumerate((1.0, 0.97, 1.02, 1.01, 2.2))]
+    result = studied(fit).result
+    assert result.laws[0].outliers == ("run-4",)
+    show_study_overview(result)
+    assert "run-4: outlier; to exclude it: `tribopipe mark-bad run-4" in capsys.readouterr().out
+    assert [_agreement(one.id, "archard", [result]) for one in fit].count("outlier") == 1
 
 
 @pytest.mark.parametrize(("factor", "outcome"), [(1.0, "supported"), (2.0, "under-predicts"), (0.5, "over-predicts")])

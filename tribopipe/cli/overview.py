@@ -271,6 +271,8 @@ def _show_law(law: LawResult, room: int | None) -> None:
     table("", [one.heading for one in shown], rows_of(shown), spaced=False)
     if len(taken) < len(rows):
         print_result(f"and {len(rows) - len(taken)} more")
+    for run_id in law.outliers:
+        print_result(f'{run_id}: outlier; to exclude it: `tribopipe mark-bad {run_id} --reason "…"`')
 
 
 def _verdict_columns(rows: Sequence[_Row]) -> Iterator[Cells]:

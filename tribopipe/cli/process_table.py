@@ -92,6 +92,8 @@ def _agreement(run_id: str, law: str, studies: "Sequence[StudyResult]") -> str:
     for study in studies:
         for result in study.laws:
             for verdict in result.runs:
+                if result.model == law and run_id in result.outliers:
+                    return "outlier"
                 if result.model == law and verdict.id == run_id:
                     fitted = verdict.role == "fitted" and verdict.outcome == "supported"
                     return "fitted" if fitted else AGREEMENT[verdict.outcome]

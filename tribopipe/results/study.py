@@ -228,6 +228,12 @@ class LawResult(Record):
         """The body whose k_D every study finds."""
         return next(iter(self.bodies.values()))
 
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """The fitted runs that disagree with all others in k_D of a body."""
+        found = (body.between_runs.outliers for body in self.bodies.values() if body.between_runs is not None)
+        return tuple(dict.fromkeys(run_id for one in found for run_id in one))
+
 
 def tally(law: LawResult) -> str:
     """Count how predicted runs agree with a law: "2 consistent, 1 over-predicted"; nothing where none was predicted."""
