@@ -1,6 +1,7 @@
 """A block on a ring: published values, volumes by hand, its own names, and every command on one run."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.physics.geometry import cap_radius, segment_area, segment_height
 from tribopipe.physics.pin_on_disc import BlockOnCylinder
+from tribopipe.readers.draft.known_values import problem_of
 from tribopipe.results.run import RawRun
 
 BLOCK = {"width": "6.35 mm", "material": "bronze", "youngs_modulus": "110 GPa", "poisson_ratio": 0.34}
@@ -120,14 +122,39 @@ def test_block_worn_to_a_scar_as_wide_as_the_ring_radius_is_named(mass, found):
         ({"radius": "35 mm"}, ["contact.ring.radius"]),
         ({"radius": "49.22 mm"}, ["contact.ring.radius"]),
         ({"radius": "35 mm", "diameter": "70 mm"}, []),
+        ({"diameter": "17.5 mm"}, ["contact.ring.radius"]),
+        ({"diameter": "34.99 mm"}, []),
         ({"radius": "17.495 mm"}, []),
         ({"radius": "30 mm"}, []),
     ],
 )
 def test_diameter_of_a_standard_ring_as_its_radius_is_named(ring, found):
-    contact = {"kind": "block-on-ring", "block": BLOCK, "ring": RING | ring}
+    contact = {"kind": "block-on-ring", "block": BLOCK, "ring": without_radius(RING) | ring}
     run = replace(run_of(), manifest=read(block_on_ring(contact=contact)))
     assert places(run, "radius_or_diameter") == found
+
+
+def without_radius(ring):
+    return {name: value for name, value in ring.items() if name != "radius"}
+
+
+def test_ring_can_be_described_by_its_diameter():
+    ring = without_radius(RING) | {"diameter": {"value": "34.99 mm", "standard_uncertainty": "2 um"}}
+    manifest = read(block_on_ring(contact={"kind": "block-on-ring", "block": BLOCK, "ring": ring}))
+    radius = manifest.contact.ring.radius
+    assert (radius.value, radius.standard_uncertainty) == (pytest.approx(17.495e-3), pytest.approx(1e-6))
+    assert manifest.conditions.track_radius.value == radius.value
+
+
+def test_template_may_state_the_diameter_of_a_ring_alone():
+    assert problem_of({"contact.kind": "block-on-ring", "contact.ring.diameter": "34.99 mm"}) is None
+
+
+@pytest.mark.parametrize(("diameter", "key"), [("35", "contact.ring.diameter"), (None, "contact.ring.radius")])
+def test_ring_without_a_size_is_refused_with_its_key(diameter, key):
+    ring = without_radius(RING) | ({} if diameter is None else {"diameter": diameter})
+    with pytest.raises(ManifestError, match=re.escape(key)):
+        read(block_on_ring(contact={"kind": "block-on-ring", "block": BLOCK, "ring": ring}))
 
 
 @given(share=st.floats(1e-9, 0.999), radius=st.floats(1e-3, 0.1))

@@ -12,10 +12,11 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
-from pydantic import model_validator
+from pydantic import ConfigDict, model_validator
 
+from tribopipe.base.errors import UnitError
 from tribopipe.documents.contact import SlidingPin, Specimen, Tip
-from tribopipe.documents.quantity import Length, Quantity
+from tribopipe.documents.quantity import Length, Quantity, read_quantity, scaled
 
 _SCAR = ("block_scar_width", "pin_scar_length")
 """Key of the scar width of the standard, which is the scar length along the sliding direction here."""
@@ -33,11 +34,33 @@ class Block(Specimen):
     """Width of the block across the sliding direction, which is the length of the line contact with the ring."""
 
 
+def _may_follow_from_diameter(schema: dict[str, Any]) -> None:
+    schema["required"].remove("radius")
+
+
 class Ring(Specimen):
     """The ring, which rotates."""
 
+    model_config = ConfigDict(json_schema_extra=_may_follow_from_diameter)
+
     radius: Length
-    """Outer radius of the ring."""
+    """Outer radius of the ring; half the diameter if only this is stated."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _half_the_diameter(cls, ring: Any) -> Any:
+        radius = _radius_of(ring)
+        return ring if radius is None else {**ring, "radius": radius}
+
+
+def _radius_of(ring: Any) -> Any:
+    """Return the radius of a ring as it is stated, or half its diameter; None if neither can be read."""
+    if not isinstance(ring, Mapping) or "radius" in ring or "diameter" not in ring:
+        return ring.get("radius") if isinstance(ring, Mapping) else None
+    try:
+        return scaled(read_quantity(ring["diameter"], "length"), 0.5)
+    except (UnitError, ValueError):
+        return None  # the diameter itself is refused, with its key
 
 
 class BlockTip(Tip):
@@ -126,8 +149,7 @@ class BlockOnRing(SlidingPin):
     @classmethod
     def track_radius_of(cls, contact: Mapping[str, Any]) -> Any:
         """Return the radius of the ring."""
-        ring = contact.get("ring")
-        return ring.get("radius") if isinstance(ring, Mapping) else None
+        return _radius_of(contact.get("ring"))
 
     @classmethod
     def _in_roles(cls, where: str, ends: Mapping[str, Any]) -> dict[str, Any]:

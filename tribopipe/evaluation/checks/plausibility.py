@@ -150,14 +150,16 @@ def radius_or_diameter(run: RawRun) -> Iterator[Trouble]:
 
 
 def _twice_or_half_the_usual(contact: SlidingPin) -> Trouble | None:
-    """Report a ring or ball with twice or half the diameter of the standards; not a ring whose diameter is stated."""
+    """Report a ring or ball with twice or half the diameter of the standards; not a large ring of stated diameter."""
     key, twice = str(contact.track_key), 2e3 * contact.pin.radius.value
     _, body, size = key.split(".")
     usual = (one for one in contact.usual_diameters if min(abs(twice / one - 2), abs(2 * twice / one - 1)) < _SAME)
     meant = next(usual, None)
-    if meant is None or (size == "radius" and contact.counterbody.diameter is not None):
+    # A radius may have been stated as the diameter, and the radius follow from it.
+    if meant is None or (size == "radius" and contact.counterbody.diameter is not None and twice > meant):
         return None
-    state = f"; if the radius is correct, state contact.{body}.diameter" if size == "radius" else ""
+    large = size == "radius" and twice > meant
+    state = f"; if the radius is correct, state contact.{body}.diameter" if large else ""
     return Trouble(
         key,
         f"found a {body} {twice:.4g} mm in diameter; expected {meant:g} mm, as in the standards",

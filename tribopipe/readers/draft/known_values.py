@@ -359,7 +359,8 @@ def _needed_of_bodies(values: Values) -> list[str]:
         f"{body}.{name}"
         for body in needed_bodies_of(_kind(values))
         for name, key in sections()[body].model_fields.items()
-        if key.is_required()
+        # A radius beside a stated diameter is half of it, or its own mistake.
+        if key.is_required() and not (name == "radius" and f"{body}.diameter" in values and body != "contact.pin")
     ]
     truncated = values.get("contact.pin.shape") == "truncated-sphere"
     return [*needed, "contact.pin.flat_radius"] if truncated else needed
