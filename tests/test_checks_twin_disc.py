@@ -96,6 +96,14 @@ def test_sound_run_has_no_findings():
     assert check_run(twin()) == []
 
 
+@pytest.mark.parametrize(("width", "count"), [("100 um", 2), ("3 mm", 0)])
+def test_wear_that_makes_the_contact_wider_than_a_disc_is_named(width, count):
+    """By the depths, and by the volumes."""
+    ends = {name: value for name, value in ENDS.items() if not name.endswith("track_width")}
+    run = twin({"contact.flat_disc.width": width, "end_values": ends})
+    assert len([one for one in found(run, "implausible_wear") if one.where == "end_values"]) == count
+
+
 END = "end_values"
 NO_ENDS = {END: {}}
 ONLY_CURVED = {END: {"curved_disc_wear_depth": ENDS["curved_disc_wear_depth"]}}

@@ -9,6 +9,7 @@ import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
+from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.contact import Contact, SlidingPin, Specimen, Tip
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import EndValues
@@ -21,6 +22,7 @@ from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
+from tribopipe.evaluation.measurements.twin_disc import disc_totals
 from tribopipe.evaluation.measurements.worn_pair import WIDTHS, surest
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
@@ -363,12 +365,33 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if contact is None:
         return
     with suppress(ContactError, FitError):
+        if run.manifest.rolls:
+            yield from _wider_than_disc(run)
         for role, body in cleaned.wear.bodies.items():
             where = f"end_values of the {spoken(contact.body_name(role))}"
             if role == "pin" and body.depth is not None:
                 yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
             if body.specific_wear_rate is not None:
                 yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
+
+
+def _wider_than_disc(run: RawRun) -> Iterator[Trouble]:
+    """Find discs worn so deep that the flat between them would be wider than one of them."""
+    discs = run.manifest.twin_disc
+    width = min((one.width.value for one in (discs.curved_disc, discs.flat_disc) if one.width), default=math.inf)
+    if not width < 2 * discs.curved_disc.crown_radius.value:
+        return
+    pair = nominal_pair(run.manifest, Recipe().wear.distance_per_rotation)
+    most = float(pair.depth_of_width(np.array(width)))
+    for found in disc_totals(run, Recipe()):
+        if found.total.value > most + CLEARLY * (found.total.standard_uncertainty or 0.0):
+            yield Trouble(
+                "end_values",
+                f"found a total wear depth of {found.total.shown('um')} from {found.anchor}, at which the contact "
+                f"would be wider than the disc, {show(width, None, 'm', 'mm')}; expected at most "
+                f"{show(most, None, 'm', 'um')}",
+                "check the units of the measurement and of the density, crown_radius and the width of the discs",
+            )
 
 
 def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Trouble]:
