@@ -53,7 +53,7 @@ only part of its work is timed, and the time is scaled, as stated in the table. 
 docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs all cases at a
 small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
-The table lists median times for sizes over three decades; the sizes are also timed alternately. The exponent n in
+The table lists median times for sizes spanning three decades; the sizes are also timed alternately. The exponent n in
 time ∝ sizeⁿ is determined by a least-squares fit to the logarithms."""
 _MEMORY = """\
 The table lists the peak memory of a separate process that runs the case, and in parentheses the increase since

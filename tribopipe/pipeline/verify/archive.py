@@ -116,7 +116,7 @@ class Verified:
     lines: int
     """Number of lines of the history."""
     head: str
-    """Hash of its last line: kept elsewhere, it shows whether the whole archive was put back to an older state."""
+    """Hash of its last line: kept elsewhere, it shows whether the whole archive was rolled back to an earlier state."""
 
     @property
     def sound(self) -> bool:

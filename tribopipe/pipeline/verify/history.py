@@ -1,4 +1,4 @@
-"""Whether the files of an archive are those of its history: none lost, exchanged or put back to an older state."""
+"""Whether the files of an archive are those of its history: none lost, exchanged or rolled back to an earlier state."""
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Set
