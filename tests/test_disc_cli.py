@@ -6,10 +6,11 @@ import shutil
 
 import pytest
 from disc_runs import K_1, K_2, worn
-from folders import DISC_IDS, SAMPLES, tree_bytes
+from folders import DISC_IDS, DISC_PAIR, SAMPLES, tree_bytes
 from test_archive import nxcheck
 
 from tribopipe.archive.store import Archive
+from tribopipe.cli.process_table import show_processed
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
 
@@ -263,6 +264,13 @@ def test_predict_without_anything_goes_from_the_least_slip_to_the_others(run_cli
 
 
 # --- process ---
+
+
+def test_the_table_names_the_convention_of_the_sliding_distance(disc_pair, capsys):
+    show_processed(disc_pair, list(DISC_PAIR), [])
+    counted, convention, *_ = capsys.readouterr().out.splitlines()
+    assert counted.startswith("2 runs; k_D from ")
+    assert convention == "k_D of twin discs is based on the full-slip convention for the sliding distance"
 
 
 @pytest.mark.slow

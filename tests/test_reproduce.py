@@ -25,7 +25,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.wear.local import LocalOptions
-from tribopipe.pipeline.comparison import compare
+from tribopipe.pipeline.recomputed_values import compare
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
 from tribopipe.pipeline.stages import advance, ingest, predict_archived, wear_archived_locally
 from tribopipe.pipeline.studies import run_study

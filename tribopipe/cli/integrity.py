@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.rescue import Rescued
     from tribopipe.archive.store import Archive
     from tribopipe.base.errors import TribopipeError
-    from tribopipe.pipeline.comparison import Redone, Reproduction
+    from tribopipe.pipeline.recomputed_values import Redone, Reproduction
 
 
 _SHOWN = 16

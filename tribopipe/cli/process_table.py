@@ -40,6 +40,8 @@ class RunRow(NamedTuple):
     """Name of the wear law of k_D; empty if there is none."""
     coefficients: "Mapping[str, Quantity]"
     """k_D of each body."""
+    convention: str | None
+    """Sliding distance per rotation that k_D of two discs is based on; None for other contacts."""
     named: tuple[str, ...]
     """Bodies whose k_D is shown by name; none if only the first body has one."""
     rate: "Quantity | None"
@@ -72,6 +74,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
         outline.manifest.conditions.normal_load,
         "" if fit is None else fit.model,
         {} if fit is None else {name: body.wear_coefficient for name, body in fit.bodies.items()},
+        None if fit is None else fit.distance_per_rotation,
         () if fit is None or contact is None or [*fit.bodies] == [*contact.body_names[:1]] else tuple(fit.bodies),
         _rate(results.get("specific_wear")) if fit is None else None,
         (friction.steady_state or friction.mean) if isinstance(friction, FrictionFit) else None,
@@ -109,9 +112,10 @@ def show_processed(
     for row in rows:
         families.setdefault(row.named, []).append(row)
     shown_studies = studies if line_width() is None else studies[:_STUDIES]
-    room = _room(len(families), studies, len(_problems(rows)))
     power = power_for([*_all_coefficients(rows), *(_number(one) for study in studies for one in _of_study(study))])
-    print_result(_caption(rows, power))
+    captions = _captions(rows, power)
+    room = _room(len(families), studies, len(_problems(rows)), len(captions))
+    print_result("\n".join(captions))
     for place, (family, members) in enumerate(families.items()):
         taken, room = members if room is None else members[:room], None if room is None else room - len(members)
         if taken and place:
@@ -128,13 +132,20 @@ def show_processed(
     return rows
 
 
-def _room(families: int, studies: "Sequence[StudyResult]", problems: int) -> int | None:
+def _room(families: int, studies: "Sequence[StudyResult]", problems: int, captions: int) -> int | None:
     """Return the number of runs that fit on a terminal; None if there is no limit."""
     if line_width() is None:
         return None
     others = (3 + min(len(studies), _STUDIES + 1) if studies else 0) + min(problems, _PROBLEMS)
-    caption_and_summary, heads = 3, 3 * families - 1
-    return max(_FEWEST_RUNS, _LINES - caption_and_summary - heads - others)
+    blank_and_summary, heads = 2, 3 * families - 1
+    return max(_FEWEST_RUNS, _LINES - captions - blank_and_summary - heads - others)
+
+
+def _captions(rows: Sequence[RunRow], power: int | None) -> list[str]:
+    """Return what is above the tables; conventions are named, since k_D differs by orders of magnitude between them."""
+    conventions = " or ".join(sorted({row.convention for row in rows if row.convention is not None}))
+    discs = f"k_D of twin discs is based on the {conventions} convention for the sliding distance"
+    return [_caption(rows, power), *([discs] if conventions else [])]
 
 
 def _caption(rows: Sequence[RunRow], power: int | None) -> str:

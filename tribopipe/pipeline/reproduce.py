@@ -29,7 +29,7 @@ from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.wear.scenario import KnownWear, known_wear
 from tribopipe.pipeline.archived_results import archived_fit
-from tribopipe.pipeline.comparison import Redone, Reproduction, redo
+from tribopipe.pipeline.recomputed_values import Redone, Reproduction, redo
 from tribopipe.pipeline.step_definitions import PlannedStep, local_wear_as_told, planned, prediction, recipe_of
 from tribopipe.pipeline.studies import PlannedStudy, known_by, planned_study, study_reference
 from tribopipe.readers.harmonize import read_run

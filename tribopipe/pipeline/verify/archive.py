@@ -20,7 +20,7 @@ from tribopipe.base.errors import ArchiveError, TribopipeError, did_you_mean
 from tribopipe.base.executor import ALONE, Crew, in_turn
 from tribopipe.base.failures import mended_by
 from tribopipe.base.files import natural_order
-from tribopipe.pipeline.comparison import Redone
+from tribopipe.pipeline.recomputed_values import Redone
 from tribopipe.pipeline.reproduce import reproduce, reproduce_study
 from tribopipe.pipeline.verify.contents import SeenRun, SeenStudy, check_agreement, look_into_run, look_into_study
 from tribopipe.pipeline.verify.file_findings import CheckName, Look
