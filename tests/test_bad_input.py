@@ -349,7 +349,7 @@ def rotten(path):
 
 SHALLOW = {
     not_hdf5: ("not HDF5", "move it out of the archive"),
-    cut_short: ("length differs", "restore it from a copy"),
+    cut_short: ("length differs", "restore it from a backup"),
     no_run: ("not a tribopipe run", "move it out of the archive"),
 }
 

@@ -208,7 +208,7 @@ def test_writing_to_an_exchanged_file_does_not_hide_it(folder, tmp_path, attack)
     rewrite(folder, FILES[0], "fourth")
     (finding,) = errors(folder)
     assert (finding.where, finding.code) == (FILES[0], "history")
-    assert "the file was replaced before it was changed on" in finding.message
+    assert "the file was replaced before tribopipe changed it on" in finding.message
 
 
 def test_rollback_says_from_when_to_when(folder, tmp_path):
@@ -280,7 +280,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
     older = shutil.copytree(folder, tmp_path / "older")
     rewrite(folder, FILES[0], "second")
     shown = run_cli("verify", folder).output
-    head = shown.partition("head ")[2].split()[0]
+    head = shown.partition("last hash ")[2].split()[0]
     assert run_cli("verify", folder, "--against", head).exit_code == 0
     rewrite(folder, FILES[0], "third")
     assert run_cli("verify", folder, "--against", head.upper()).exit_code == 0
@@ -289,7 +289,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
     assert run_cli("verify", folder).exit_code == 0
     done = run_cli("verify", folder, "--against", head)
     assert done.exit_code == 1
-    assert f"error: {FILE_NAME}: found no line with the hash {head}, which was given" in done.stdout
+    assert f"error: {FILE_NAME}: found no line with the hash {head} specified with --against" in done.stdout
 
 
 # --- put in by hand ---

@@ -320,7 +320,7 @@ def test_a_stroke_that_is_short_for_its_groove_is_warned_of(tmp_path):
         return [note for note in notes if "found a stroke of" in note]
 
     (note,) = warned(short)
-    assert "found a stroke of 10 mm, 13 times half the width of the wear track" in note
+    assert "found a stroke of 10 mm, 13 times the half-width of the wear track" in note
     assert "the wear depths at mid-stroke are overestimated by up to 4 %" in note
     assert not warned(short, disc=0.0)
     long = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='stroke = "60 mm"') / "run.toml")[0]

@@ -415,7 +415,7 @@ def test_a_pin_of_another_radius_is_predicted_and_named(store):
     outcomes = list(run_study(store, study, Recipe()))
     assert not any(outcome.error for outcome in outcomes)
     notes = store.study("air").result.notes
-    assert any(note.startswith("other-radius: predicted for another contact or geometry") for note in notes)
+    assert any(note.startswith("other-radius: predicted with the same k_D for a contact or geometry") for note in notes)
 
 
 @pytest.mark.parametrize("place", ["fit", "predict"])

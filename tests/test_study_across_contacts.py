@@ -79,4 +79,4 @@ def test_the_block_is_predicted_in_its_own_name(lab, run_cli):
         assert again.exit_code == 0, again.stderr
     report = run_cli("report", "peek", "-o", lab / "report.html", *at)
     assert report.exit_code == 0, report.stderr
-    assert "predicted for another contact or geometry" in (lab / "report.html").read_text(encoding="utf-8")
+    assert "for a contact or geometry different from that of" in (lab / "report.html").read_text(encoding="utf-8")

@@ -402,7 +402,7 @@ def test_archived_run_is_exported_with_its_own_k_d(run_cli, archive, tmp_path):
         source.replace("\nC     ", " ").split()
     )
     assert told["law"] == "archard"
-    assert "not run in ABAQUS" in done.stderr
+    assert "not tested in ABAQUS" in done.stderr
 
 
 def test_sarkars_law_takes_the_fitted_friction(run_cli, archive, tmp_path):

@@ -141,7 +141,7 @@ def test_k_d_of_one_geometry_predicts_another():
     assert {name: one.outcome for name, one in on_flat.bodies.items()} == dict.fromkeys(("ball", "flat"), "supported")
     assert list(result.laws[0].bodies) == ["pin", "disc"]
     (note,) = [note for note in result.notes if "geometry" in note]
-    assert note.startswith("block, ball: predicted for another contact or geometry than that of pin")
+    assert note.startswith("block, ball: predicted with the same k_D for a contact or geometry different from")
 
 
 def test_the_exponent_of_pressure_is_that_of_one_body():

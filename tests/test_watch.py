@@ -339,10 +339,10 @@ def test_an_export_goes_through_the_line_and_on(tmp_path):
     bench.put("a.csv", export(1, rows=60))
     bench.look()
     made, done = bench.told(SETTLE)
-    assert made.text == "a.csv: run a-2, since the file continued after run a was created from it"
+    assert made.text == "a.csv: run a-2, since data were added to the file after run a was created from it"
     archive = Archive(bench.lab.archive)
     assert archive.ids() == ["a", "a-2"]
-    assert archive.bad("a").reason == "its file continued after it was archived; run a-2 contains the complete test"
+    assert archive.bad("a").reason == "data were added to the file after ingestion; run a-2 contains the complete test"
     assert archive.bad("a-2") is None
     archive.path("a-2").write_bytes(b"damaged")
     bench.put("a.csv", export(1, rows=80))

@@ -67,7 +67,7 @@ def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File
                 raise ArchiveError(f"{path}: {unreadable(number)}") from error
             raise ArchiveError(
                 f"{path}: found a damaged file ({_why(error)}); expected an unmodified tribopipe file; restore it "
-                "from a copy"
+                "from a backup"
             ) from error
 
 
@@ -83,8 +83,8 @@ def _why_not_opened(error: OSError) -> str:
     if number := number_of(error):
         return unreadable(number)
     return (
-        "found a file that is not HDF5, or is damaged; expected a file archived by tribopipe; restore it from a copy, "
-        "or move it out of the archive"
+        "found a file that is not HDF5, or is damaged; expected a file archived by tribopipe; restore it from a "
+        "backup, or move it out of the archive"
     )
 
 
@@ -93,8 +93,8 @@ def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal (checksum of the file), as if another program had rewritten the file; expected an "
-        "unmodified tribopipe file; restore it from a copy, or save its intact source files with `tribopipe rescue`"
+        f"{path}: found no seal (file checksum); another program may have rewritten the file; expected an unmodified "
+        "tribopipe file; restore it from a backup, or save its intact source files with `tribopipe rescue`"
     )
 
 

@@ -251,5 +251,5 @@ def _unshuffled(content: bytes, kind: np.dtype[Any]) -> NDArray[Any]:
 def _damaged(dataset: h5py.Dataset, found: str) -> ArchiveError:
     return ArchiveError(
         f"{dataset.file.filename}: found {found} at {dataset.name}; expected the declared shape "
-        f"{dataset.shape}; restore the file from a copy"
+        f"{dataset.shape}; restore the file from a backup"
     )

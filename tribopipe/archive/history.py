@@ -222,7 +222,7 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
         if tail > LONGEST_LINE:
             raise ArchiveError(
                 f"{archive / FILE_NAME}: found a last line of more than {LONGEST_LINE:,} bytes; expected shorter "
-                "lines, as tribopipe writes them; restore the history from a copy"
+                "lines, as tribopipe writes them; restore the history from a backup"
             )
         tail *= 4
     return b""
@@ -390,14 +390,14 @@ def _of_itself(one: Entry) -> Iterator[str]:
     """Report what a line states about the history itself."""
     if one.event == "broken" or (one.event == "begun" and one.lost):
         yield (
-            f"found a history from which lines were missing when the archive was changed on {one.date}, the last of "
-            f"them {one.lost[:16]}; expected a complete history"
+            f"found that history lines were missing when the archive was changed on {one.date} (hash of the last one: "
+            f"{one.lost[:16]}); expected a complete history"
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"
         yield (
-            f"found a history that starts on {one.date}, after {count} were archived; expected it to start with the "
-            "archive"
+            f"found a history that starts on {one.date}, after {count} were archived; expected a history that "
+            "begins when the archive was created"
         )
 
 

@@ -147,7 +147,7 @@ def _dataset(parent: h5py.Group, path: str) -> h5py.h5d.DatasetID:
 def _refused(parent: h5py.Group, path: str, found: str) -> ArchiveError:
     return ArchiveError(
         f"{parent.file.filename}: found a damaged file ({found} at {str(parent.name).rstrip('/')}/{path}); expected "
-        "an unmodified tribopipe file; restore it from a copy"
+        "an unmodified tribopipe file; restore it from a backup"
     )
 
 

@@ -102,7 +102,7 @@ def _length_said(superblock: bytes) -> int | None:
 
 def _damaged(path: Path, why: str) -> ArchiveError:
     return ArchiveError(
-        f"{path}: found a damaged file ({why}); expected the file as tribopipe wrote it; restore it from a copy, or "
+        f"{path}: found a damaged file ({why}); expected the file as tribopipe wrote it; restore it from a backup, or "
         "save its intact source files with `tribopipe rescue`"
     )
 

@@ -161,7 +161,7 @@ class RunFile(ArchivedFile):
         if len(values) != samples:
             raise ArchiveError(
                 f"{self.path}: found {len(values):,} values in {path}; expected {samples:,}, one per sample; restore "
-                "the file from a copy"
+                "the file from a backup"
             )
         return values
 

@@ -32,7 +32,7 @@ def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser:
     serve(
         archive,
         port,
-        lambda address: say(f"{address} shows {archive}; press Ctrl-C to stop"),
+        lambda address: say(f"serving {archive} at {address} (press Ctrl-C to stop)"),
         open_browser=not no_browser,
     )
 

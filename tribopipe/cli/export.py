@@ -243,7 +243,7 @@ def umeshmotion(
     print_result(str(case))
     for note in case.known.notes:
         say(f"{run_id}: note: {note}")
-    say(f"{run_id}: written to {files[0].parent}; not run in ABAQUS, see README.txt there")
+    say(f"{run_id}: written to {files[0].parent}; not tested in ABAQUS; see README.txt in this folder")
     if as_json:
         print_json(_document(case, files))
 

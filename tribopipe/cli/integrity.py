@@ -99,7 +99,7 @@ def verify(
     for finding in verified.findings:
         print_result(f"{finding.severity}: {seen(str(finding))}")
     if verified.lines:
-        print_result(f"{store.folder}: history of {verified.lines} lines, head {verified.head[:_SHOWN]}")
+        print_result(f"{store.folder}: history of {verified.lines} lines, last hash {verified.head[:_SHOWN]}")
     print_result(f"{store.folder}: {verified}")
     if as_json:
         print_json({"archive": str(store.folder)} | verified.as_json())

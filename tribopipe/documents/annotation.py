@@ -57,7 +57,7 @@ def _worded(meaning: str) -> AfterValidator:
     def strip(text: str) -> str:
         stripped = text.strip()
         if not stripped:
-            raise ValueError(f"found {text!r}; expected {meaning}, in at least one word; write it")
+            raise ValueError(f"found {text!r}; expected {meaning} (at least one word); enter it")
         return stripped
 
     return AfterValidator(strip)
@@ -68,11 +68,11 @@ class Mark(Record):
 
     kind: Literal["bad", "good"]
     """Bad: excluded from studies and not used as a reference for predictions. Good: withdraws this mark."""
-    reason: Annotated[str, _worded("why the run is marked")]
+    reason: Annotated[str, _worded("the reason for the mark")]
     """Why, in the words of whoever marked it."""
     date: str
     """Date of the mark, ISO 8601."""
-    operator: Annotated[str, _worded("who marks the run")] | None = None
+    operator: Annotated[str, _worded("the name of the operator")] | None = None
     """Name of the person who marked the run; None if unknown."""
 
     def __str__(self) -> str:

@@ -53,7 +53,7 @@ def _write(source: SourceFile, folder: Path, run_id: str) -> None:
     if leads_out(path, folder):
         raise ArchiveError(
             f"{run_id}: found a source file called {source.name!r}; expected one inside the run folder; restore the "
-            "run from a copy"
+            "run from a backup"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as file:

@@ -366,8 +366,8 @@ class Design(Record):
         lines = [
             f"{self.id}, {self.model}: half-width of the 95 % interval of {self.of} is {_percent(self.half_width)}, "
             f"target {_percent(self.wanted)}",
-            f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; with half its uncertainty, "
-            f"the half-width is {_percent(best.if_halved)}",
+            f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; halving its uncertainty "
+            f"would reduce the half-width to {_percent(best.if_halved)}",
         ]
         if self.half_width <= self.wanted:
             return "\n".join([*lines, "  no further test is needed"])

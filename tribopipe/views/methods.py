@@ -153,7 +153,7 @@ def references_of(methods: Iterable[Method]) -> list[str]:
 
 
 _CLEAN_UP = Method(
-    "Preprocessing of signals",
+    "Signal preprocessing",
     "Signals were preprocessed in named steps, which are listed with their changes. The recorded signals are kept "
     "unchanged.",
 )
@@ -192,9 +192,9 @@ _FRICTION = Method(
     "The friction coefficient was fitted by bounded least squares over the sliding distance, excluding the loading "
     "ramp:",
     (Equation(r"μ ( s ) = A e^{− s / c} + b", "7"),),
-    "Standard uncertainties of A, b and c include the autocorrelation of the residuals. If μ is calculated from force "
-    "and load, those of A and b include the uncertainty of the load. That of c includes the uncertainty of the speed "
-    "or radius used to calculate the distance.",
+    "The standard uncertainties of A, b and c take the autocorrelation of the residuals into account. If μ is "
+    "calculated from force and load, the uncertainties of A and b include that of the load. The uncertainty of c "
+    "includes that of the speed or radius used to calculate the distance.",
     (PAPER,),
 )
 _STEADY = Method(
@@ -260,7 +260,7 @@ _SPHERE = Method(
 )
 _TRUNCATED = Method(
     "A sphere truncated before the test",
-    "Wear continues along the curve of the whole sphere, h_s(v), from the height of the missing cap:",
+    "The wear depth follows the curve of a full sphere, h_s(v), starting at the height of the missing cap:",
     (Equation(r"h ( v ) = h_s ( v_0 + v ) − h_s ( v_0 )"),),
 )
 _FLAT = Method(
@@ -374,13 +374,13 @@ _TWO_STEPS = Method(
 )
 _MODEL = Method(
     "Identification of k_D together with drift",
-    "The wear depth H at the end of the test was found with one model of the depth signal, in which wear follows the "
-    "curve h(s; k_D) of the law, and with the post-test measurement. It gives k_D:",
+    "The final wear depth H was estimated from the depth signal and the post-test measurement, using a single model "
+    "for wear and drift in which the wear depth is h(s; k_D) according to the wear law. The corresponding k_D is:",
     (Equation(r"k_D = \frac{V ( H )}{F_N S}"),),
     "V is the worn volume at the depth H, and S = ∫ f ds the effective sliding distance; f is the factor of the wear "
     "law, 1 for Archard's law. If depth signal and measurement differ by more than three standard uncertainties of "
-    "their difference, the depth signal is not used, and k_D is that of the measurement. Without a post-test "
-    "measurement, k_D is that of the depth signal.",
+    "their difference, the depth signal is not used, and k_D is determined from the measurement alone. Without a "
+    "post-test measurement, k_D is determined from the depth signal alone.",
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",
@@ -397,7 +397,7 @@ _BUDGET = Method(
 _DRAWN = Method(
     "Coverage intervals",
     "Intervals contain 95 % of the Monte Carlo draws. Systematic inputs, such as load, tip radius, moduli, sensor "
-    "scale and post-test measurements, are drawn once per run, and the noise of the depth signal with its "
+    "scale and post-test measurements, are drawn once per run. The noise of the depth signal is drawn with its "
     "autocorrelation.",
     references=(MONTE_CARLO,),
 )
@@ -408,15 +408,15 @@ _VERDICTS = Method(
     (Equation(r"E_n = \frac{δ}{U}"),),
     "For |E_n| ≤ 1, measured and predicted wear agree. The interval is found by Monte Carlo, so that errors common to "
     "both cancel. The model is rated as over- or under-predicting only if δ exceeds its 99 % limits. Between the 95 % "
-    "and the 99 % limits, the comparison is inconclusive, as it is if neither the end nor the curve would reveal an "
-    "error of k_D by a factor of two. Measurements along the curve are compared with a simultaneous band that contains "
-    "95 % of the curves as a whole.",
+    "and the 99 % limits, the comparison is inconclusive. It is also inconclusive if neither the final wear nor the "
+    "wear curve would reveal an error in k_D of a factor of two. Measurements along the curve are compared with a simultaneous "
+    "band that contains 95 % of the curves as a whole.",
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(
     "Several runs",
-    "Runs from which k_D is identified together are weighted by their own uncertainty u and the between-run standard "
-    "deviation τ, estimated from the spread of the runs, both of √k_D:",
+    "Runs from which a common k_D is identified are weighted according to their individual standard uncertainty u and "
+    "the between-run standard deviation τ, which is estimated from the scatter between runs; both refer to √k_D:",
     (Equation(r"w_i = \frac{1}{u_i^2 + τ^2}"),),
     references=(PAULE,),
 )

@@ -92,7 +92,7 @@ def _read(archive: Path, name: str, known: Known) -> Note:
             raise ArchiveError(f"{path}: {unreadable(number)}") from error
         raise ArchiveError(
             f"{path}: found a damaged file ({type(error).__name__}: {error}); expected an unmodified tribopipe file; "
-            "restore it from a copy"
+            "restore it from a backup"
         ) from error
 
 

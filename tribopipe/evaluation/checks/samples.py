@@ -190,8 +190,8 @@ def distance_unknown(run: RawRun) -> Iterator[Trouble]:
     if run.origins["sliding_distance"] == "unknown":
         yield Trouble(
             "conditions",
-            "found neither a sliding distance nor a speed; expected one of them, since friction against distance and "
-            "wear rates need it",
+            "found neither a sliding distance nor a speed; expected one of them, from which wear rates and friction "
+            "against distance are calculated",
             "add sliding_speed, or track_radius and rotational_speed, or stroke and frequency",
         )
 
@@ -202,9 +202,9 @@ def samples_averaged(run: RawRun) -> Iterator[Trouble]:
     if run.recording is not None:
         yield Trouble(
             "signals",
-            f"found {run.recording.rows:,} samples, evaluated as means of {run.recording.samples}; expected fewer "
-            "samples, all of which are evaluated",
-            "all recorded samples are kept under /entry/recorded",
+            f"found {run.recording.rows:,} samples, more than can be evaluated individually; expected fewer",
+            f"averages of {run.recording.samples} samples each are evaluated instead; all recorded samples are kept "
+            "under /entry/recorded",
         )
 
 
@@ -474,8 +474,8 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "friction_force",
             f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first from "
             f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
-            "check whether the bodies were in contact and moving; if not, delete these rows, since k_D is too small by "
-            f"about this fraction{begun}",
+            "check whether the bodies were in contact and moving; if not, delete these rows; otherwise, k_D is "
+            f"underestimated by about this fraction{begun}",
         )
 
 

@@ -108,12 +108,12 @@ def _leave_out_dead_load(bench: Bench) -> None:
     some, nominal = fewer(load), bench.manifest.conditions.normal_load
     if len(some) < 2 or np.percentile(np.abs(some), 99) >= _DEAD_SHARE * nominal.value:
         return
-    within = f"excluded: within {100 * _DEAD_SHARE:.0f} % of the nominal {nominal.shown()}"
+    within = f"excluded: below {100 * _DEAD_SHARE:.0f} % of the nominal load of {nominal.shown()}"
     if abs(np.mean(some)) <= _NOISE * np.std(some):
         what = f"{within} and about zero throughout"
         bench.leave_out("normal_force", what, "a dead channel; the nominal load is used")
     elif friction is not None and np.nanmedian(np.abs(friction)) > MOST_FRICTION * np.median(np.abs(some)):
-        what = f"{within}, and the friction force divided by it beyond ±{MOST_FRICTION:g}"
+        what = f"{within}, and would give friction coefficients beyond ±{MOST_FRICTION:g}"
         why = "a dead channel that was not zeroed, or a wrong unit; the nominal load is used"
         bench.leave_out("normal_force", what, why)
 
@@ -131,7 +131,7 @@ def mask_unloaded_friction(bench: Bench, step: UnloadedFriction) -> None:
     if mu is None:
         return
     if load is not None and step.share and np.nanmax(load) >= nominal.value / 2:
-        what = f"load below {step.share:.3g} of the nominal {nominal.shown()}"
+        what = f"load below {step.share:.3g} of the nominal load of {nominal.shown()}"
         bench.mask("friction_coefficient", load < step.share * nominal.value, what, "no load")
         mu = bench.columns.get("friction_coefficient", mu)
     bench.mask("friction_coefficient", np.abs(mu) > MOST_FRICTION, "beyond ±10", "physically impossible")

@@ -99,8 +99,9 @@ def _geometry_note(fit: Sequence[Member], predict: Sequence[Member]) -> tuple[st
     if not others:
         return ()
     return (
-        f"{', '.join(others)}: predicted for another contact or geometry than that of {first.id}, with the same k_D: "
-        "the bands do not include effects other than pressure, such as heat, debris or surface finish",
+        f"{', '.join(others)}: predicted with the same k_D for a contact or geometry different from that of "
+        f"{first.id}: the bands account for the effect of pressure, but not for other effects, such as those of heat, "
+        "debris or surface finish",
     )
 
 

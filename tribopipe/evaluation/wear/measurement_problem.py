@@ -358,7 +358,7 @@ def measurement_problem(
     if recipe.wear.engine not in (None, "giwm") or not isinstance(wearing, MeasuredWear):
         raise FitError(
             f"{run.id}: found {contact.title} with --engine {recipe.wear.engine}; expected the GIWM, since the "
-            "depth signal does not give their wear; use --engine giwm"
+            "wear of these bodies cannot be determined from the depth signal; use --engine giwm"
         )
     measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
     if not any(one.disc == first for one in measurements):

@@ -174,7 +174,7 @@ class Rolling(Sliding):
     data: ClassVar[str] = (
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
         "dl in mm that the node stands for along the direction of rolling: half the distance between its "
-        "neighbors, twice that where a plane of symmetry mirrors it. Nodes that are on no streamline do not wear. "
+        "neighbors, twice that where a plane of symmetry mirrors it. Nodes that are not on a streamline do not wear. "
         "The file in the folder harness is an example."
     )
 
@@ -280,10 +280,10 @@ def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
             "recipe and fit again"
         )
     if own.distance == ARCHARDS:
-        return same.first, f"with {ARCHARDS}, as in Eq. 9."
+        return same.first, f"with the convention {ARCHARDS}, as in Eq. 9."
     return same.first, (
-        f"with {own.distance}, as {own.first.value * 1e6:.4g} mm^3/(N mm), and converted to {ARCHARDS}, as in "
-        f"Eq. 9: with either, the {spoken(next(iter(fit.bodies)))} loses the same volume in the run."
+        f"with the convention {own.distance} ({own.first.value * 1e6:.4g} mm^3/(N mm)), and converted to {ARCHARDS}, "
+        f"as in Eq. 9; with both values, the {spoken(next(iter(fit.bodies)))} loses the same volume in this run."
     )
 
 

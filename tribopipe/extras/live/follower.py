@@ -65,7 +65,7 @@ class Axes:
             if name in columns and np.any(np.diff(columns[name]) < 0):
                 raise ReaderError(
                     f"{self._manifest.id}: found a {name.replace('_', ' ')} that decreases; expected a single "
-                    "continuous test; process the run after it has ended; this joins the parts of a test"
+                    "continuous test; process the run after it has ended: the parts are then joined into one test"
                 )
 
     def _refuse_unknown(self, origins: dict[SignalName, Origin]) -> None:

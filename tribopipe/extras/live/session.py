@@ -85,8 +85,8 @@ class Session:
         if planned is None or self.asked.ends_at(reached):
             return self._update([])
         message = (
-            f"no data were appended for {seconds:.0f} s, at {reached:.4g} m of {planned:.4g} m: the test or its "
-            "recording has stopped"
+            f"no data have been appended for {seconds:.0f} s (at {reached:.4g} m of {planned:.4g} m): the test or "
+            "its recording may have stopped"
         )
         return self._update([alarm_at("stalled", reached, message)])
 

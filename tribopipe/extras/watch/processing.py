@@ -158,7 +158,7 @@ def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Even
     """Report for a run folder, which is processed unless something has to be filled in."""
     said = f"{entry.name}: run {entry.run}"
     if entry.instead_of:
-        said += f", since the file continued after run {entry.instead_of} was created from it"
+        said += f", since data were added to the file after run {entry.instead_of} was created from it"
     missing = made and (", ".join(made.missing) or made.problem)
     if not missing:
         journal.note(entry.model_copy(update={"state": "made"}))
@@ -239,7 +239,7 @@ def _set_aside(entry: Entry, archive: Archive) -> Iterator[Outcome]:
     half = entry.instead_of
     if half is None or not archive.path(half).exists():
         return
-    reason = f"its file continued after it was archived; run {entry.run} contains the complete test"
+    reason = f"data were added to the file after ingestion; run {entry.run} contains the complete test"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     try:
         if archive.bad(half) is None:

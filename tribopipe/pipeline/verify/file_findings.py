@@ -27,7 +27,7 @@ CheckName = Literal[
     "catalog",
     "recompute",
 ]
-RESTORE = "restore the file from a copy, or save its intact source files with `tribopipe rescue`"
+RESTORE = "restore the file from a backup, or save its intact source files with `tribopipe rescue`"
 
 
 class Look:
@@ -83,7 +83,7 @@ class Look:
         """Note where a file states that it is of another id than its name."""
         for one in sorted({*said} - {expected}):
             message = f"found content archived as {one!r}; expected {expected!r}, as in the file name"
-            self.error("identity", message, f"rename the file to {one}.h5, or restore it from a copy")
+            self.error("identity", message, f"rename the file to {one}.h5, or restore it from a backup")
 
     def take_over(self, other: "Look") -> None:
         """Add what another look at the same file found."""

@@ -54,7 +54,7 @@ def _gone(archive: Path, kept: sqlite3.Connection, recorded: Set[str]) -> Iterat
     for name in sorted(noted(kept).keys() - stamps(archive).keys() - recorded):
         look = Look(name)
         message = "found no file of this name, although the catalog lists it; expected the archived file"
-        look.warning("catalog", message, "restore it from a copy; if it was removed on purpose, run `tribopipe ls`")
+        look.warning("catalog", message, "restore it from a backup; if it was removed on purpose, run `tribopipe ls`")
         yield look
 
 
@@ -73,7 +73,7 @@ def _different(archive: Path, sound: Set[str], kept: sqlite3.Connection, rebuilt
             message = (
                 "found content that differs from the catalog, without a recorded change; expected the cataloged content"
             )
-            look.warning("catalog", message, f"restore it from a copy if it is damaged; otherwise remove {FILE_NAME}")
+            look.warning("catalog", message, f"restore it from a backup if it is damaged; otherwise remove {FILE_NAME}")
             yield look
 
 

@@ -13,7 +13,7 @@ from tribopipe.base.errors import ArchiveError, did_you_mean
 from tribopipe.pipeline.verify.file_findings import Look
 
 _ACCEPT = "tribopipe verify --accept"
-_RESTORE = "restore the archive from a copy"
+_RESTORE = "the archive may have been replaced by an older copy: compare it with your backups"
 
 
 def look_into_history(
@@ -112,20 +112,17 @@ def _accept_history(archive: Path, account: Account, by: str | None) -> None:
 
 def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
     look, count, missing = Look(FILE_NAME), len(stamps(archive)), account.missing()
-    begin = f"`{_ACCEPT} {FILE_NAME}` continues without it"
+    begin = f"run `{_ACCEPT} {FILE_NAME}` to continue without it"
     if not account.begun and (count or missing):
-        message = f"found {count} runs and studies, but no history of the archive; expected a line for each change"
-        look.error("history", message, f"restore it from a copy; {begin}")
+        message = f"found {count} runs and studies, but no history of the archive; expected a history of all changes"
+        look.error("history", message, f"restore it from a backup, or {begin}")
     elif missing:
-        message = f"found a history with missing lines, the last of them {missing[:16]}; expected a complete history"
-        look.error("history", message, f"restore it from a copy; {begin}")
+        message = f"found missing history lines (hash of the last one: {missing[:16]}); expected a complete history"
+        look.error("history", message, f"restore it from a backup, or {begin}")
     for problem in account.problems:
-        look.error("history", problem.found, f"restore it from a copy; {begin}", f"line {problem.line}")
+        look.error("history", problem.found, f"restore it from a backup, or {begin}", f"line {problem.line}")
     if against and not account.has(against):
-        message = (
-            f"found no line with the hash {against}, which was given with --against; expected this line unless the "
-            "archive is an older copy"
-        )
+        message = f"found no line with the hash {against} specified with --against; expected this line in the history"
         look.error("history", message, _RESTORE)
     return look
 
@@ -152,7 +149,7 @@ def _look_at_files(archive: Path, account: Account, names: Collection[str], soun
 
 def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entry | None:
     """Note what is wrong with a file; return the line that settles what can be."""
-    known, mend = account.files.get(look.name), f"`{_ACCEPT} {_called(look.name)}` if this is intended"
+    known, mend = account.files.get(look.name), f"run `{_ACCEPT} {_called(look.name)}` if this is intended"
     if known is None or (state is not None and known.states == {None}) or (known.by_hand and state in known.states):
         if state is None or look.name not in sound or not can_be_named(look.name):
             return None
@@ -163,16 +160,16 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
         )
         return entry("adopted", look.name, after=state)
     if known.foreign:
-        message = f"found that the file was replaced before it was changed on {known.foreign}; expected the file"
-        look.error("history", f"{message} that tribopipe had written", f"compare it with a copy; {mend}")
+        message = f"found that the file was replaced before tribopipe changed it on {known.foreign}; expected the"
+        look.error("history", f"{message} file written by tribopipe", f"compare it with a backup, and {mend}")
     elif state is None and None not in known.states:
         look.error(
             "history",
             f"found no file, although it was written on {known.date}; expected the file",
-            f"restore it; {mend}",
+            f"restore it from a backup, or {mend}",
         )
     elif state not in known.states and look.name in sound:
-        look.error("history", _other(known, state), f"restore it from a copy; {mend}")
+        look.error("history", _other(known, state), f"restore it from a backup, or {mend}")
     elif known.unconfirmed and state in known.states:
         return entry("settled", look.name, after=state)
     return None
@@ -181,7 +178,7 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
 def _other(known: Known, state: State) -> str:
     if state in known.earlier:
         return f"found the version of {known.earlier[state]}; expected the version written on {known.date}"
-    return f"found a different file from that written on {known.date}; expected the file written then"
+    return f"found a file that differs from the one written on {known.date}; expected the file written on that date"
 
 
 def _is_in_doubt(known: Known | None, state: State) -> bool:

@@ -99,7 +99,7 @@ def _attributes(part: h5py.Group | h5py.Dataset) -> dict[str, Any]:
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NUMBER = "fiu"
 """Kinds of types: floating, signed, unsigned."""
-_REDO = "`tribopipe process --force` writes it again; if that does not help, restore the file from a copy"
+_REDO = "`tribopipe process --force` writes it again; if that does not help, restore the file from a backup"
 _DEFINITION = "/entry/definition"
 _ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
 _ANY_ATTRIBUTE = ("NXcollection", "NXdata")

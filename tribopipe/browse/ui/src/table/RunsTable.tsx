@@ -62,7 +62,7 @@ export function RunsTable({ columns, all, rows, sort, stale, selected, onSort, o
         <thead>
           <tr aria-rowindex={1}>
             <Heading column={ID} sort={sort} onSort={onSort} />
-            <th scope="col" className="sparkline" title="Wear along the test, or the first recorded signal">
+            <th scope="col" className="sparkline" title="Wear during the test, or the first recorded signal">
               curve
             </th>
             {columns.map((column) => (
