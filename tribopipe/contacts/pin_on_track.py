@@ -215,8 +215,8 @@ class PinAndTrackWear:
             yield (
                 f"warning: found a stroke of {self.path.shown('mm')}, {stroke / half:.0f} times the half-width of the "
                 f"wear track; expected at least {_SHORT_STROKE:.0f} times the half-width: the wear depths at "
-                f"mid-stroke are overestimated by up to {100 * _SHALLOWER * half / stroke:.0f} %; use the wear volumes, "
-                "which remain valid"
+                f"mid-stroke are overestimated by up to {100 * _SHALLOWER * half / stroke:.0f} %; use the wear "
+                "volumes, which remain valid"
             )
 
     def _neglected(self, values: Values, last: State) -> Iterator[str]:
