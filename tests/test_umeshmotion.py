@@ -200,7 +200,7 @@ def test_k_d_is_taken_for_what_eq_9_means():
     assert fitted_wear(DISCS, disc_fit("volume-conserving")).coefficient == wear_coefficient(5e-18, 1e-18)
     turned = fitted_wear(DISCS, disc_fit("full-slip", equivalents=(same,)))
     assert turned.coefficient == wear_coefficient(1e-14, 0.2e-14)
-    assert "as 5e-12 mm^3/(N mm)" in turned.origin
+    assert "(5e-12 mm^3/(N mm))" in turned.origin
     assert turned.notes == ()
     with pytest.raises(FitError, match='distance_per_rotation = "volume-conserving"'):
         fitted_wear(DISCS, disc_fit("full-slip"))
