@@ -180,7 +180,7 @@ def test_reading_that_does_not_end_is_ended(damaged, tmp_path, monkeypatch):
 
 def test_what_is_no_hdf5_is_refused(damaged, tmp_path):
     damaged.write_bytes(bytes(5000))
-    with pytest.raises(TribopipeError, match="no head of an HDF5 file"):
+    with pytest.raises(TribopipeError, match="no HDF5 file header"):
         rescue(damaged, tmp_path / "saved")
 
 

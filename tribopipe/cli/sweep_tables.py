@@ -95,7 +95,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
         _show(title, labels, mine, cells)  # type: ignore[arg-type]
 
 
-_SPREADS = "k_D in mm³/(N·mm) for all choices: half of the range, stated standard uncertainty u, effect of each choice"
+_SPREADS = "k_D in mm³/(N·mm) for all choices: half range, stated standard uncertainty u and effect of each choice"
 _SCATTERS = "Monte Carlo results; ± is the standard deviation of the samples"
 _COVERAGES = "k_D of virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
 

@@ -98,7 +98,7 @@ class UsedCoefficient(Record):
 
 
 class WearPrediction(Record):
-    """Wear along a test from a known k_D."""
+    """Wear during a test, predicted from a known k_D."""
 
     model: LawName
     """Wear law."""

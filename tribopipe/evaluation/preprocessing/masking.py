@@ -85,7 +85,7 @@ def _mask_beyond(bench: Bench, name: SignalName, values: Column, limits: SignalL
     for limit, beyond, word in ends:
         if limit is not None:
             shown = limit.shown("degC" if SIGNALS[name].kind == "temperature" else None)
-            bench.mask(name, beyond(values, limit.value), f"{word} {shown}", "limit of the recipe")
+            bench.mask(name, beyond(values, limit.value), f"{word} {shown}", "limit set in the recipe")
             values = bench.columns.get(name, values)
 
 

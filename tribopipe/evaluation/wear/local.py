@@ -278,7 +278,7 @@ def _coarseness(course: LocalWear, along: Column, places: Indices) -> Iterator[s
         points = course.half_length[min(coarse)] / spacing
         yield (
             f"the contact radius spans only {points:.1f} grid points at {along[min(coarse)]:g}, and fewer than "
-            f"{_FEWEST_POINTS} up to {along[max(coarse)]:g}: depths there may be a few percent off"
+            f"{_FEWEST_POINTS} up to {along[max(coarse)]:g}: depths there may be wrong by a few percent"
         )
 
 

@@ -59,7 +59,7 @@ def _start(content: mmap.mmap) -> int:
     for start in _USER_BLOCKS:
         if content[start : start + len(_MAGIC)] == _MAGIC:
             return start
-    raise ValueError("no head of an HDF5 file")
+    raise ValueError("no HDF5 file header")
 
 
 def _as_long_as_it_was(content: mmap.mmap) -> str | io.BytesIO:
