@@ -307,10 +307,10 @@ def test_show_tells_every_mark(run_cli, archive):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([RUN, "--reason", ""], [RUN, "reason: found ''; expected why", "write it"]),
-        ([RUN, "--reason", " \n"], [RUN, "reason: found", "expected why"]),
+        ([RUN, "--reason", ""], [RUN, "reason: found ''; expected the reason", "enter it"]),
+        ([RUN, "--reason", " \n"], [RUN, "reason: found", "expected the reason"]),
         ([RUN, "--undo", "--reason", " "], ["reason: found ' '"]),
-        ([RUN, "--reason", "slipped", "--by", ""], ["operator: found ''; expected who"]),
+        ([RUN, "--reason", "slipped", "--by", ""], ["operator: found ''; expected the name"]),
         ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to remove; expected", "`tribopipe ls`"]),
         (["si3n4-air-200mm", "--reason", "slipped"], ["found no run 'si3n4-air-200mm'", f"did you mean '{RUN}'?"]),
     ],
