@@ -40,7 +40,9 @@ def live(
     ] = None,
     disc_wear: Annotated[
         str | None,
-        typer.Option("--disc-wear", help="Wear of the disc expected at the planned end, such as '0.15 +- 0.1 um'."),
+        typer.Option(
+            "--disc-wear", help="Expected wear depth of the disc at the planned end, such as '0.15 +- 0.1 um'."
+        ),
     ] = None,
     drift_from: Annotated[
         Path | None,

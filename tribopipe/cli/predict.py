@@ -127,7 +127,9 @@ def predict(
     ] = None,
     distance: Annotated[
         DistanceConvention | None,
-        typer.Option("--distance-per-rotation", help="Sliding distance per rotation of discs; overrides the recipe."),
+        typer.Option(
+            "--distance-per-rotation", help="Convention for the sliding distance of two discs; overrides the recipe."
+        ),
     ] = None,
     engine: Pressure = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

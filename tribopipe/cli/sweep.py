@@ -34,7 +34,7 @@ _PICTURES = (".svg", ".png", ".pdf")
 
 
 def sweep(
-    document: Annotated[Path, typer.Argument(help="TOML file with the values to vary.", metavar="SWEEP.toml")],
+    document: Annotated[Path, typer.Argument(help="TOML file with the parameters to vary.", metavar="SWEEP.toml")],
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     out: Annotated[
