@@ -364,9 +364,9 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     contact = run.manifest.contact
     if contact is None:
         return
+    with suppress(ContactError, FitError):  # a pin is no disc
+        yield from _wider_than_disc(run)
     with suppress(ContactError, FitError):
-        if run.manifest.rolls:
-            yield from _wider_than_disc(run)
         for role, body in cleaned.wear.bodies.items():
             where = f"end_values of the {spoken(contact.body_name(role))}"
             if role == "pin" and body.depth is not None:
