@@ -50,15 +50,15 @@ def test_the_manual_states_these_errors():
     taper = taper_ratio(np.array([0.1, 0.2]), 0.5e-3, 17.5e-3)
     for words in (
         f"gives {flat_cap_ratio(half.half_width, half)[0]:.1f} times",
-        f"and {flat_cap_ratio(half.half_length, half)[0]:.2f} times with its length",
+        f"and {flat_cap_ratio(half.half_length, half)[0]:.2f} times when used with its length",
         f"then gives {groove_ratio(half)[0]:.1f} times",
-        f"{100 * (1 - stroke[0]):.1f} % too low for a stroke of 13 track widths, {100 * (1 - stroke[1]):.0f} % for 5",
-        f"and {100 * (1 - stroke[2]):.0f} % for 3",
+        f"by {100 * (1 - stroke[0]):.1f} % for a stroke of 13 track widths, by {100 * (1 - stroke[1]):.0f} % for 5",
+        f"and by {100 * (1 - stroke[2]):.0f} % for 3",
         f"by {100 * (1 - taper[0]):.0f} % if the width",
         f"by {100 * (1 - taper[1]):.0f} % if it deviates by 20 %",
         f"by more than {100 * (elastic_ratio(np.array([3.0]), 2)[0] - 1):.0f} %",
         f"is {100 * (elastic_ratio(np.array([2.0]), 3)[0] - 1):.0f} % too high",
-        f"1.3 times this diameter, {100 * (elastic_ratio(np.array([1.3]), 3)[0] - 1):.0f} %",
+        f"1.3 times this diameter, it is {100 * (elastic_ratio(np.array([1.3]), 3)[0] - 1):.0f} %",
     ):
         assert words in re.sub(r"\s+", " ", PAGE), words
     assert groove_ratio(at(23.0)) == pytest.approx(1.05, abs=0.002)
