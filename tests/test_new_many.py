@@ -43,20 +43,20 @@ def run_toml(lab: Path, name: str) -> dict:
     return tomllib.loads((lab / name / "run.toml").read_text(encoding="utf-8"))
 
 
-def test_ten_runs_get_their_loads_scars_and_volumes_in_one_command(run_cli, lab):
-    month(lab, 10)
-    ends(lab, *(f"test_{n};{n};{400 + n},5;3;0,0{n};schön" for n in range(1, 11)))
+def test_thirty_runs_get_their_loads_scars_and_volumes_in_one_command(run_cli, lab):
+    month(lab, 30)
+    ends(lab, *(f"test_{n};{n};{400 + n},5;3;0,0{n:02};schön" for n in range(1, 31)))
     made = run_cli("new", "exports", "--ends", "ends.csv", "--json")
     assert made.exit_code == 0, made.stderr
     runs = json.loads(made.stdout)["runs"]
-    assert [run["id"] for run in runs] == [f"test_{n}" for n in range(1, 11)]
+    assert [run["id"] for run in runs] == [f"test_{n}" for n in range(1, 31)]
     assert all((run["still_to_be_filled_in"], run["problem"]) == ([], None) for run in runs)
-    for n in (1, 7, 10):
+    for n in (1, 7, 30):
         document = run_toml(lab, f"test_{n}")
         assert document["conditions"]["normal_load"] == f"{n} N"
         assert document["end_values"] == {
             "pin_scar_diameter": {"value": f"{400 + n}.5 um", "standard_uncertainty": "3 um"},
-            "disc_wear_volume": f"0.0{n} mm^3",
+            "disc_wear_volume": f"0.0{n:02} mm^3",
         }
     text = (lab / "test_7" / "run.toml").read_text(encoding="utf-8")
     assert "# from ends.csv, line 8" in text
