@@ -352,7 +352,7 @@ def test_the_command_lists_serves_and_says_where(run_cli, archive, tmp_path, mon
     for flags in ((), ("--no-browser",)):
         told = run_cli("browse", "--archive", archive, *flags)
         assert told.exit_code == 0
-        assert told.stderr.startswith("http://127.0.0.1:")
+        assert told.stderr.startswith(f"serving {archive} at http://127.0.0.1:")
     assert len(served) == 2
     assert len(opened) == 1
     assert opened[0].startswith("http://127.0.0.1:")
