@@ -610,7 +610,7 @@ def _longer_than_wide(end: EndValues) -> Iterator[Trouble]:
             yield Trouble(
                 f"end_values.pin_scar_length, end_values.{name}",
                 f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width of at "
-                "least the length, since a groove makes the scar wider than long",
+                "least the length, since a groove makes the scar wider than it is long",
                 "check that the length is measured along the sliding direction and the width across it, and that "
                 "neither is half the size",
             )

@@ -474,8 +474,8 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "friction_force",
             f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first from "
             f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
-            "check whether the bodies were in contact and moving; if not, delete these rows; otherwise, k_D is "
-            f"underestimated by about this fraction{begun}",
+            "check whether the bodies were in contact and moving; if not, delete these rows, which make k_D "
+            f"too small by about this fraction{begun}",
         )
 
 
