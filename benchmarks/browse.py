@@ -135,11 +135,11 @@ def time_table(report: Report, browser: Browser, archive: Path, runs: int) -> bo
     with running(archive) as site:
         revisions = [answer_time(site, "/api/revision") for _ in range(ZOOMS)]
     rows = [
-        [f"table of {runs:,} runs, until it is displayed", f"{usable:.2f} s", f"{USABLE:g} s"],
-        ["search in the table, until it is updated", f"{search_time(browser, archive):.2f} s", "–"],
-        ["server: check for changes, every 3 s", f"{statistics.median(revisions) * 1e3:.0f} ms", "–"],
+        [f"display the table of {runs:,} runs", f"{usable:.2f} s", f"{USABLE:g} s"],
+        ["update the table after a search", f"{search_time(browser, archive):.2f} s", "–"],
+        ["check for changes on the server, every 3 s", f"{statistics.median(revisions) * 1e3:.0f} ms", "–"],
     ]
-    report.table(["Measured", "Time", "Limit"], rows)
+    report.table(["Operation", "Time", "Limit"], rows)
     return usable < USABLE
 
 
@@ -147,12 +147,13 @@ def time_long_run(report: Report, browser: Browser, archive: Path, samples: int)
     """Report on the page of the long run, and return whether its marks are held."""
     seen = statistics.median(opening_times(browser, archive, f"/runs/{RUN}", ".uplot canvas"))
     report.table(
-        ["Measured", "Time", "Limit"], [[f"first plot of {samples:,} samples", f"{seen:.2f} s", f"{FIRST_PLOT:g} s"]]
+        ["Operation", "Time", "Limit"],
+        [[f"display the first plot of {samples:,} samples", f"{seen:.2f} s", f"{FIRST_PLOT:g} s"]],
     )
     with running(archive) as site:
         times = {plot: plot_times(site, plot, samples // RATE) for plot in PLOTS}
     report.table(
-        ["Plot, time on the server", "first", "zoom, median", f"zoom, longest of {ZOOMS}"],
+        ["Plot (server time)", "first", "zoom, median", f"zoom, longest of {ZOOMS}"],
         [
             [plot, *(f"{taken * 1e3:.0f} ms" for taken in (first, statistics.median(zooms), max(zooms)))]
             for plot, (first, zooms) in times.items()
@@ -168,7 +169,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=2_000_000, help="samples of the long run (%(default)s)")
     parser.add_argument("--keep", type=Path, default=None, help="folder in which the archives stay")
     options = parser.parse_args()
-    report = Report("Browsing a large archive", options)
+    report = Report("A large archive in the web browser", options)
     with tempfile.TemporaryDirectory() as scratch, chromium() as browser:
         folder: Path = options.keep or Path(scratch)
         held = [

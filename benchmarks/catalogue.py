@@ -64,13 +64,14 @@ def main() -> None:
     once, listing, *_ = medians.values()
     mark = 1.5 * once + 0.5
     report.say(
-        f"{options.runs} runs. Each run is read once; after that, files that have not changed are not opened again."
+        f"The archive contains {options.runs:,} runs. Each run is read once; after that, files that have not changed "
+        "are not opened again."
     )
     rows = [[name, f"{median:.2f} s"] for name, median in medians.items()]
     each = f"first `tribopipe ls`, {first / options.runs * 1e3:.1f} ms per run"
     report.table(["Command", "Wall time"], [*rows, [each, f"{first:.1f} s"]])
     met = "met" if listing < mark else "NOT MET"
-    report.say(f"Limit for `tribopipe ls`: {mark:.2f} s, {met}.")
+    report.say(f"Limit for `tribopipe ls`: {mark:.2f} s ({met}).")
     report.finish()
 
 

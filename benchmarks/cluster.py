@@ -134,7 +134,7 @@ def row(name: str, done: Batch, runs: int, expected: Mapping[tuple[str, str], st
     verify = subprocess.run(tribopipe("verify", "--archive", done.archive), capture_output=True, check=False)
     count, sound = archived(done.archive), verify.returncode == 0
     killed = "none" if done.killed_after is None else f"after {done.killed_after} runs"
-    cells = [name, killed, str(count), "sound" if sound else "NOT SOUND", f"{other} of {len(expected)}"]
+    cells = [name, killed, str(count), "no problems" if sound else "PROBLEMS", f"{other} of {len(expected)}"]
     return [*cells, f"{done.seconds:.0f} s"], done.code == 0 and count == runs and sound and not other
 
 
@@ -143,7 +143,7 @@ def main() -> int:
     parser = arguments(__doc__ or "")
     parser.add_argument("--runs", type=int, default=200, help="how many runs (%(default)s)")
     options = parser.parse_args()
-    report = Report("Batches with a killed worker", options)
+    report = Report("Batch processing with a killed worker", options)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         short_runs(folder / "runs", options.runs)
@@ -157,9 +157,9 @@ def main() -> int:
             found.append((cells, holds and done.killed_after is not None))
     report.table(_HEAD, [cells for cells, _ in found])
     report.say(
-        f"{options.runs} runs of 126 samples, without figures and Monte Carlo. The worker that has done the most work "
-        "is killed when half of the runs are archived. A result is different if its SHA-256 differs from that with "
-        "`-j 1`."
+        f"Each batch contains {options.runs} runs of 126 samples, processed without figures and Monte Carlo. When "
+        "half of the runs are archived, the worker with the most CPU time is killed. A result is different if its "
+        "SHA-256 differs from that with `-j 1`."
     )
     report.finish()
     return 0 if all(holds for _, holds in found) else 1

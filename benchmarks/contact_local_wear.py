@@ -91,7 +91,7 @@ def paper(report: Report, options: argparse.Namespace) -> None:
     """Compare wear of the paper's ball on tracks that wear more and more."""
     report.say(
         f"## Si₃N₄, 0.2 N, R {1e3 * RADIUS:g} mm, track radius 4 mm, k₁ 1.35·10⁻⁸ mm²/N\n\nLocal wear in µm, followed "
-        "by the deviations of the engines `volume` and `local` from it."
+        "by the deviations of the results with the engines `volume` and `local`."
     )
     rows = []
     for ratio, distance in PAPER:
@@ -123,8 +123,8 @@ def cases(report: Report, options: argparse.Namespace) -> None:
     most = np.max(np.abs(elastic), axis=0)
     agree = [int(np.sum(np.max(np.abs(found), axis=1) <= CLOSE)) for found in (rigid, elastic)]
     report.say(
-        f"All four quantities are within {CLOSE:g} % of local wear in {agree[0]} of {len(rows)} cases with the engine "
-        f"`volume`, and in {agree[1]} with `local`, whose deviations are at most "
+        f"With the engine `volume`, all four quantities are within {CLOSE:g} % of local wear in {agree[0]} of "
+        f"{len(rows)} cases; with `local`, in {agree[1]} cases. The largest deviations of the engine `local` are "
         + ", ".join(f"{one:.2f} % ({name})" for one, name in zip(most, QUANTITIES, strict=True))
         + "."
     )
@@ -133,9 +133,9 @@ def cases(report: Report, options: argparse.Namespace) -> None:
 def limits(report: Report, options: argparse.Namespace) -> None:
     """Find the wear from which on rigid bodies agree."""
     report.say(
-        f"## Wear above which rigid bodies (`volume`) agree with local wear within {CLOSE:g} %\n\nThe table lists "
-        "D/δ₀ for each quantity, and the wear depth of the pin alone, divided by δ₀, above which both the wear depth "
-        "and agree."
+        f"## Wear above which the engine `volume` (rigid bodies) agrees with local wear within {CLOSE:g} %\n\nFor each "
+        "quantity, the table lists the D/δ₀ above which it agrees. The last column is the wear depth of the pin alone, "
+        "divided by δ₀, above which both the wear depth and the scar length of the pin agree."
     )
     depths = np.geomspace(1.0, 100.0, options.depths)
     rows = []
@@ -162,7 +162,7 @@ def agreeing(depths: np.ndarray, off: np.ndarray) -> float:
 
 def convergence(report: Report, options: argparse.Namespace) -> None:
     """Show how local wear settles with grid and steps."""
-    report.say("## Convergence of local wear: pin depth, groove depth, half-width, half-length in µm")
+    report.say("## Convergence of local wear: pin depth, groove depth, scar half-width and half-length in µm")
     grids = [(options.cells // 2, 16), (options.cells, 16), (2 * options.cells, 16)]
     settings = [*grids, *((options.cells, steps) for steps in (8, 12, 32))]
     rows = []
@@ -182,7 +182,7 @@ def main() -> None:
     options = parser.parse_args()
     report = Report("Wear of a ball and its track: engines compared with local wear", options)
     report.say(
-        "In all calculations, the wear volumes of the bodies are the same. D is the sum of the wear depths of pin and "
+        "The wear volumes of the bodies are the same in all calculations. D is the sum of the wear depths of pin and "
         "track, δ₀ the elastic approach of the unworn contact, κ = k₂/(k₁·L), and b the half-length of the scar. Local "
         f"wear is computed at {2 * options.cells} × {2 * options.cells} points, with {options.steps} steps per decade; "
         "in each case, the grid extends beyond the scar and beyond the Hertzian contact."

@@ -307,14 +307,16 @@ def doubts(seed: int) -> list[Doubt]:
 def say_what_is_claimed(report: Report, answers: Sequence[Doubt]) -> None:
     """Count claims of both bodies where one reading is missing."""
     report.say("## With a missing measurement")
-    report.say("If one of the two measurements is missing, k_D of at most one body can be determined.")
+    report.say("If one of the two measurements is missing, k_D can be determined for at most one body.")
     rows = []
     for kind, missing in dict.fromkeys((one.kind, one.missing) for one in answers):
         of = [one for one in answers if (one.kind, one.missing) == (kind, missing)]
         several, warned = sum(len(one.bodies) > 1 for one in of), sum(one.warned for one in of)
         spread = float(np.median([one.relative for one in of]))
         (body, *_) = of[0].bodies
-        rows.append([kind, spoken(missing), f"{several} of {len(of)}", body, f"{100 * spread:.1f} %", f"{warned}"])
+        rows.append(
+            [kind, spoken(missing), f"{several} of {len(of)}", spoken(body), f"{100 * spread:.1f} %", f"{warned}"]
+        )
     report.table(["contact", "not measured", "k_D of both", "k_D of", "median u", "warnings"], rows)
 
 
@@ -331,8 +333,8 @@ def say_how_long(report: Report, seed: int, repeats: int) -> None:
             times[name].append(time.process_time() - begun)
     medians = {name: statistics.median(taken[1:]) for name, taken in times.items()}
     base = next(iter(medians.values()))
-    report.say(f"## CPU time of {_DRAWS} draws")
-    report.say(f"Medians of {repeats} alternating repeats; an additional first repeat is not counted.")
+    report.say(f"## CPU time for {_DRAWS:,} Monte Carlo draws")
+    report.say(f"Medians of {repeats} alternating repeats; an additional first repeat is not included.")
     report.table(
         ["k_D of", "time", "ratio"],
         [[name, f"{1e3 * took:.2f} ms", f"{took / base:.2f}"] for name, took in medians.items()],
@@ -358,12 +360,13 @@ def main(words: Sequence[str] | None = None) -> None:
         bias = float(np.mean([found.ratio for found in of])) - 1
         spread, wider = (float(np.median([getattr(one, name) for one in of])) for name in ("relative", "over_ideal"))
         counted = share(sum(found.held for found in of), len(of))
-        rows.append([kind, body, *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %", f"{wider:.2f}"])
+        rows.append([kind, spoken(body), *counted, f"{100 * bias:+.1f} %", f"{100 * spread:.1f} %", f"{wider:.2f}"])
     report.say(
-        "95 % intervals of k_D from first-order propagation; bias is the mean of k_D divided by the true value, minus "
-        "1. The last column is the median of u divided by that of the ideal estimator."
+        "The 95 % intervals of k_D are from first-order propagation. The bias is the mean of k_D divided by the true "
+        "value, minus 1. u is the standard uncertainty of k_D; the last column is the median of u divided by that of "
+        "the ideal estimator."
     )
-    report.table(["contact", "body", "covered", "share", "95 % CI", "bias", "median u", "u / ideal"], rows)
+    report.table(["contact", "body", "covered", "fraction", "95 % CI", "bias", "median u", "u / ideal"], rows)
     say_what_is_claimed(report, [one for part in in_parallel(doubts, seeds, options) for one in part])
     say_how_long(report, options.first_seed, options.repeats)
     report.finish()

@@ -131,16 +131,18 @@ def rows(material: str, correction: Correction, answers: Sequence[Held | str]) -
     first, *others = (one.id for one in MATERIALS[material])
     table = [["true k_D", *share(sum(one.coefficient for one in good), total)]]
     kept = [one.runs[first] for one in good]
-    table.append([f"true final depth, {first} (fitted), in the interval of the law", *share(_true_ends(kept), total)])
+    table.append([f"true final depth, {first} (fitted), interval of the fitted law", *share(_true_ends(kept), total)])
     for other in others:
         kept = [one.runs[other] for one in good]
-        table.append([f"true final depth, {other}, in the interval of the law", *share(_true_ends(kept), total)])
-        table.append([f"measured final depth, {other}", *share(sum(one.end for one in kept), total)])
+        table.append([f"true final depth, {other}, interval of the predicted wear", *share(_true_ends(kept), total)])
+        table.append(
+            [f"measured final depth, {other}, prediction interval", *share(sum(one.end for one in kept), total)]
+        )
         for index, place in enumerate(PLACES):
             within = sum(one.places[index] for one in kept)
             table.append([f"measured curve, {other}, at {100 * place:.0f} % of the distance", *share(within, total)])
         mean = sum(one.curve for one in kept) / total
-        table.append([f"measured curve, {other}, mean fraction of positions", "", f"{100 * mean:.1f} %", ""])
+        table.append([f"measured curve, {other}, mean fraction within the band", "", f"{100 * mean:.1f} %", ""])
     return [[material, correction, *row] for row in table]
 
 
@@ -176,11 +178,11 @@ def main() -> None:
     options = parser.parse_args()
     report = Report("Coverage of k_D and of predictions", options)
     report.say(
-        "The table lists how often 95 % intervals contain the true value in simulated laboratories. Standard "
-        "uncertainties: load 1 %, tip radius 0.2 %, moduli 2 % (drawn once per laboratory), speed and sensor scale "
-        "0.5 %, post-test wear depth 250 nm, wear depth of the disc 20 nm (Si3N4). Drift rates of up to 15 nm/min and "
-        "correlated noise are added. A laboratory without a k_D counts as not covered. The last column is the exact "
-        "binomial 95 % interval."
+        "The table lists how often 95 % intervals contain the true or measured value in simulated laboratories. "
+        "Standard uncertainties: load 1 %, tip radius 0.2 %, moduli 2 % (drawn once per laboratory), speed and "
+        "sensor scale 0.5 %, post-test wear depth 250 nm, wear depth of the disc 20 nm (Si3N4). Drift rates of up to "
+        "15 nm/min and correlated noise are added. A laboratory without a k_D counts as not covered. The last column "
+        "is the exact binomial 95 % interval."
     )
     cases = [(material, correction) for material in options.materials for correction in options.corrections]
     seeds = range(options.first_seed, options.first_seed + options.labs)
@@ -189,8 +191,8 @@ def main() -> None:
     answers = in_parallel(held, tasks, options)
     done = len(answers) // len(cases)
     report.say(
-        f"{done} laboratories evaluated for each case, in {(time.perf_counter() - start) / 60:.0f} minutes; Monte "
-        f"Carlo in blocks of {options.block} draws."
+        f"For each case, {done} laboratories were evaluated, in {(time.perf_counter() - start) / 60:.0f} minutes in "
+        f"total; the Monte Carlo calculation used blocks of {options.block} draws."
     )
     table, spreads, reasons = [], [], set()
     for place, (material, correction) in enumerate(cases):
@@ -198,7 +200,7 @@ def main() -> None:
         table += rows(material, correction, mine)
         spreads.append(spread(material, correction, mine))
         reasons |= {f"* {material}, {correction}: {one}" for one in mine if isinstance(one, str)}
-    report.table(["material", "correction", "quantity", "count", "share", "95 % CI"], table)
+    report.table(["material", "correction", "quantity", "count", "fraction", "95 % CI"], table)
     report.say(
         "Relative deviation of k_D from the true value: mean, median and standard deviation over all laboratories, "
         "median of the calculated standard uncertainties, number of laboratories with the true k_D below or above the "

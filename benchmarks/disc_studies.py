@@ -127,19 +127,21 @@ def main() -> None:
     labs = [answer for answer in answers if not isinstance(answer, str)]
     minutes = (time.perf_counter() - start) / 60
     report.say(
-        f"{len(answers)} laboratories, {len(labs)} with a result, in {minutes:.0f} minutes; Monte Carlo in blocks of "
-        f"{options.block} draws; convention for the sliding distance: full-slip in the simulation, "
-        f"{options.convention} in the fit. Ranges are exact binomial 95 % intervals."
+        f"{len(answers)} laboratories were evaluated in {minutes:.0f} minutes; {len(labs)} have a result. The Monte "
+        f"Carlo calculation used blocks of {options.block} draws. Convention for the sliding distance: full-slip in "
+        f"the simulation, {options.convention} in the fit. The ranges are exact binomial 95 % intervals."
     )
-    report.say("True values and measurements inside their 95 % intervals.")
-    report.table(["quantity", "covered", "share", "95 % CI"], held(labs))
+    report.say("How often the 95 % intervals contain the true k_D and the measured wear volumes.")
+    report.table(["quantity", "covered", "fraction", "95 % CI"], held(labs))
     sound = [name for name in (*FITTED, *CHANGES) if CHANGES.get(name) is None]
     raised = sum(any(run.outcome in FALSE for run in lab.runs if run.id in sound) for lab in labs)
-    report.say("Laboratories in which the law is rejected for any of the six fault-free runs, although it holds.")
-    report.table(
-        ["quantity", "count", "share", "95 % CI"], [["laboratories with a false alarm", *share(raised, len(labs))]]
+    report.say(
+        "Laboratories with a false alarm: the law is rejected for at least one of the six runs to which it applies."
     )
-    report.say("Agreement of each run.")
+    report.table(
+        ["quantity", "count", "fraction", "95 % CI"], [["laboratories with a false alarm", *share(raised, len(labs))]]
+    )
+    report.say("Agreement of each run with the law.")
     report.table(["run", *(AGREEMENT[one] for one in OUTCOMES)], called(labs))
     report.finish()
 

@@ -116,11 +116,15 @@ def main() -> None:
     for loss in STRESS_LOSSES:
         for name, every in CORRECTIONS.items():
             course = wear_economically(surface, amounts, increment=increment, correct_every=every, stress_loss=loss)
-            rows.append([f"{loss:g}", name, *compared(course.depth, full.depth)])
+            rows.append(
+                [f"{loss:g}", f"every {every} increments" if every else "never", *compared(course.depth, full.depth)]
+            )
             rows[-1] += compared(course.pressure[:, 0, 0], full.pressure[:, 0, 0])
             if loss:
                 drawn.append(curve(name, course))
-    report.table(["ε", "geometry", "depth, end", "depth, largest", "pressure, end", "pressure, largest"], rows)
+    report.table(
+        ["ε", "geometry corrected", "depth, end", "depth, largest", "pressure, end", "pressure, largest"], rows
+    )
     report.finish()
     if options.figure is not None:
         save_figure(plot_engines(drawn, f"UMESHMOTION's economy, ε = {STRESS_LOSSES[-1]:g}"), options.figure)

@@ -49,7 +49,7 @@ CASES = (
 )
 SPACINGS = {
     "logarithmic": np.concatenate([[0.0], np.geomspace(SLID * 1e-6, SLID, SAMPLES)]),
-    "in time": np.linspace(0.0, SLID, SAMPLES + 1),
+    "equal in time": np.linspace(0.0, SLID, SAMPLES + 1),
 }
 MODULUS = float(
     contact_modulus(pin_modulus=MODULUS_SI3N4, pin_ratio=RATIO, disc_modulus=MODULUS_SI3N4, disc_ratio=RATIO)
@@ -179,11 +179,14 @@ def main() -> None:
     parser = arguments(__doc__ or "")
     parser.add_argument("--draws", type=int, default=10_000, help="number of draws (%(default)s)")
     options = parser.parse_args()
-    report = Report("Reproduction of an earlier trial: uncertainty of k_D", options)
+    report = Report("Uncertainty of k_D: comparison with an earlier trial", options)
     report.say(
-        f"Relative standard deviation of k_D with {options.draws} draws. With {TRIAL_DRAWS} normally distributed "
-        f"draws, the standard deviation itself has a relative uncertainty of 1/√(2·{TRIAL_DRAWS - 1}) = "
-        f"{percent(1 / math.sqrt(2 * (TRIAL_DRAWS - 1)))}."
+        f"In an earlier trial, the uncertainty of k_D was calculated from {TRIAL_DRAWS} Monte Carlo draws, with one "
+        "realization of the noise and Euler's method. Here the calculation is repeated with the exact model: with "
+        f"the same {TRIAL_DRAWS} draws, with {options.draws:,} draws, with other realizations of the noise, and with "
+        "samples that are equally spaced in time. The table lists the relative standard deviation of k_D. With "
+        f"{TRIAL_DRAWS} normally distributed draws, the standard deviation itself has a relative uncertainty of "
+        f"1/√(2·{TRIAL_DRAWS - 1}) = {percent(1 / math.sqrt(2 * (TRIAL_DRAWS - 1)))}."
     )
     again, rows, weights, ends = trial(), [], [], []
     for case in CASES:
@@ -227,8 +230,8 @@ def main() -> None:
         [
             *head,
             "trial",
-            f"its {TRIAL_DRAWS} draws, exact model",
-            f"{options.draws} draws, no noise",
+            f"same {TRIAL_DRAWS} draws, exact model",
+            f"{options.draws:,} draws, no noise",
             f"{SERIES} noise realizations: median (range)",
             "covariance",
             "covariance, trial",
@@ -248,18 +251,22 @@ def main() -> None:
         ],
     )
     report.say(
-        "Effect of the spacing: with samples equally spaced in the logarithm of distance, the first meters, where the "
-        "error of the post-test depth has little effect, have as much weight as the last; with samples equally spaced "
-        "in time, the end has most of the weight. For h ∝ √s, the relative error of k_D is 4/3 times that of the final "
-        "depth with the former and 8/5 times with the latter. First-order results of the exact model:"
+        "Effect of the spacing. If the samples are equally spaced in the logarithm of distance, the first meters, "
+        "where the error of the post-test depth has little effect, have as much weight as the last meters. If they "
+        "are equally spaced in time, the end of the test has most of the weight. For h ∝ √s, the relative error of "
+        "k_D is 4/3 times that of the final depth with logarithmic spacing, and 8/5 times with spacing in time. "
+        "First-order results of the exact model:"
     )
     report.table([*head, "u of the final depth", "ratio", "u of k_D"], weights)
     report.say(
-        "Effect of draws with a final depth close to zero: fraction of draws with less than a tenth of the true depth, "
-        "fraction of draws for which zero wear fits best, relative standard deviation with and without the former, "
-        "and 95 % interval of the ratio of k_D to the true k_D (no noise)."
+        "Effect of draws with a final depth close to zero, without noise. The columns list the fraction of draws "
+        "with less than a tenth of the true depth, the fraction of draws for which zero wear fits best, the relative "
+        "standard deviation of k_D with all draws and without those with less than a tenth of the true depth, and "
+        "the 95 % interval of k_D divided by the true k_D."
     )
-    report.table([*head, "depth below 0.1", "zero wear", "all draws", "without these", "95 % interval"], ends)
+    report.table(
+        [*head, "depth below 10 %", "zero wear", "all draws", "without depths below 10 %", "95 % interval"], ends
+    )
     report.finish()
 
 

@@ -187,15 +187,28 @@ def main(words: Sequence[str] | None = None) -> None:
         counted = share(sum(one.held for one in given), len(given)) if given else ["", "", ""]
         medians = [float(np.median([getattr(one, name) for one in given])) for name in ("relative", "over_ideal")]
         bias = float(np.mean([one.ratio for one in given])) - 1 if given else np.nan
-        written = [f"{100 * bias:+.1f} %", f"{100 * medians[0]:.1f} %", f"{medians[1]:.2f}"] if given else [""] * 3
+        over_ideal = f"{medians[1]:.2f}" if np.isfinite(medians[1]) else "–"
+        written = [f"{100 * bias:+.1f} %", f"{100 * medians[0]:.1f} %", over_ideal] if given else [""] * 3
         claimed = f"{len(given)} of {len(of)}"
         rows.append([pair, "yes" if settles else "no", body, claimed, *counted, *written])
     report.say(
-        "95 % intervals from first-order propagation, for runs with a k_D; bias is the mean of k_D divided by the true "
-        "value, minus 1. The last column is the median of u divided by that of the ideal estimator."
+        "Only runs with a k_D are evaluated. The 95 % intervals of k_D are from first-order propagation. The bias is "
+        "the mean of k_D divided by the true value, minus 1. u is the standard uncertainty of k_D; the last column "
+        "is the median of u divided by that of the ideal estimator."
     )
     report.table(
-        ["wear", "sensor settles", "body", "with k_D", "covered", "share", "95 % CI", "bias", "median u", "u / ideal"],
+        [
+            "wear",
+            "sensor settling",
+            "body",
+            "with k_D",
+            "covered",
+            "fraction",
+            "95 % CI",
+            "bias",
+            "median u",
+            "u / ideal",
+        ],
         rows,
     )
     report.finish()

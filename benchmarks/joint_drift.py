@@ -147,8 +147,8 @@ def main() -> None:
     """Estimate, and print."""
     options = arguments(__doc__ or "", labs=200).parse_args()
     report = Report("Two-step correction compared with the model fit", options)
-    loads = ", ".join(str(SAMPLES[one.sample][1].id) for one in MATERIALS.values())
-    report.say(f"The runs are based on {loads}.")
+    loads = " and ".join(str(SAMPLES[one.sample][1].id) for one in MATERIALS.values())
+    report.say(f"The simulated runs are based on {loads}.")
     kinds = [(material, end_value) for material in MATERIALS for end_value in END_VALUES]
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = in_parallel(errors, (Task(*kind, seed) for seed in seeds for kind in kinds), options)

@@ -64,8 +64,8 @@ def micrometres(depths: Iterable[float]) -> list[str]:
 
 def pin_convergence(report: Report) -> None:
     """Show how the depth of the pin settles with steps and rings."""
-    report.say("## Pin: wear depth in µm at several sliding distances")
-    head = ["rings", "steps", *(f"{distance:g} m" for distance in DISTANCES)]
+    report.say("## Pin: wear depth in µm at several sliding distances, with different numbers of rings and steps")
+    head = ["rings (spacing: number)", "steps (total)", *(f"{distance:g} m" for distance in DISTANCES)]
     grids = [(10, 0.05), (20, 0.05), (20, 0.025), (20, 0.0125), (40, 0.0125)]
     amounts = COEFFICIENT * DISTANCES
     rows = []
@@ -76,7 +76,7 @@ def pin_convergence(report: Report) -> None:
         rows.append(
             [
                 f"{per_radius} in a₀, then {100 * growth:g} % of r: {len(surface.gap)}",
-                f"{per_decade} per decade: {len(step_ends(amounts, per_decade))}",
+                f"{per_decade} per decade ({len(step_ends(amounts, per_decade))})",
                 *micrometres(course.depth[1:]),
             ]
         )
@@ -85,7 +85,7 @@ def pin_convergence(report: Report) -> None:
     report.table(head, rows)
     local = wear(pin(20, 0.025), amounts).depth[1:]
     report.say(
-        "The wear depth of the GIWM is below the local wear depth by "
+        "The wear depth from the GIWM is smaller than the local wear depth by "
         + ", ".join(f"{100 * (1 - g / h):.3g} % at {s:g} m" for g, h, s in zip(exact, local, DISTANCES, strict=True))
         + "."
     )
@@ -98,7 +98,7 @@ def discs(cells: tuple[int, int], amount: float) -> DiscTrack:
 
 def disc_convergence(report: Report) -> None:
     """Show how depth and extent of two discs settle with steps and grid, and where the GIWM lies."""
-    report.say("## Two discs: wear depth in µm after several numbers of slip rotations, and final a_x and a_z in µm")
+    report.say("## Two discs: wear depth in µm at several numbers of slip rotations, and final a_x and a_z in µm")
     amounts = DISC_COEFFICIENT * ROTATIONS
     head = ["grid", "steps per decade", *(f"{rotations:.0e}" for rotations in ROTATIONS), "a_x", "a_z"]
     rows = []
@@ -123,7 +123,9 @@ def disc_convergence(report: Report) -> None:
 
 def element_convergence(report: Report) -> None:
     """Show how finite elements settle with the mesh, each held against rings or the half space."""
-    report.say("## Finite elements: wear depth in µm; mesh moved and compliance recalculated every 50 steps")
+    report.say(
+        "## Finite elements: wear depth in µm, with the mesh moved and the compliance recalculated every 50 steps"
+    )
     amounts = COEFFICIENT * DISTANCES[1:]
     rows = []
     for per_radius, growth in ((10, 0.08), (20, 0.04), (20, 0.025)):
@@ -160,7 +162,7 @@ def giwm(distance: DistanceConvention) -> DiscPair:
 
 def costs(report: Report, repeats: int) -> None:
     """Hold the cost of a course against that of a contact solve of the kind it would otherwise take."""
-    report.say("## Cost")
+    report.say("## Computing time")
     amounts = COEFFICIENT * DISTANCES[-1:]
     turns = DISC_COEFFICIENT * ROTATIONS[-1:]
     track, steps = discs((64, 32), turns[-1]), len(step_ends(turns, STEPS_PER_DECADE))
@@ -188,9 +190,9 @@ def costs(report: Report, repeats: int) -> None:
         ],
     )
     said = (
-        f"Wear of a pin takes {medians[1] / medians[0]:.2f} times as long as one contact solution on 128 × 128 "
-        f"points; a wear step of the discs takes {medians[3] / steps / medians[2]:.2f} times as long as one contact "
-        "solution on their grid."
+        f"Simulating the wear of a pin takes {medians[1] / medians[0]:.2f} times as long as one contact solution on "
+        f"128 × 128 points; a wear step of the discs takes {medians[3] / steps / medians[2]:.2f} times as long as one "
+        "contact solution on their grid."
     )
     if len(medians) > 4:
         said += f" tamaas takes {medians[4] / medians[2]:.2f} times as long for this contact."
@@ -226,7 +228,7 @@ def main() -> None:
     parser = arguments(__doc__ or "")
     parser.add_argument("--repeats", type=int, default=15, help="number of repeats (%(default)s)")
     options = parser.parse_args()
-    report = Report("Local wear: convergence and cost", options)
+    report = Report("Local wear: convergence and computing time", options)
     pin_convergence(report)
     disc_convergence(report)
     element_convergence(report)

@@ -128,7 +128,9 @@ def take_long_run(folder: Path, options: argparse.Namespace, report: Report) -> 
     """Write, ingest and process the long run; tell time and memory, and whether that stayed in its bound."""
     write_run(folder, options.rows)
     signals = folder / "signals.csv"
-    report.say(f"{options.rows:,} rows × 4 columns, {signals.stat().st_size / 1e6:.0f} MB of text.")
+    report.say(
+        f"The signal file contains {options.rows:,} rows and 4 columns, {signals.stat().st_size / 1e6:.0f} MB of text."
+    )
     plain, pandas = clocked(counted, signals), clocked(parsed, signals)
     archive = folder.parent / "archive"
     ingested, done = (run(command, folder, archive, options) for command in ("ingest", "process"))
@@ -153,8 +155,8 @@ def _kept(archive: Archive, rows: int) -> str:
     run = archive.raw(SAMPLE.id)
     size = archive.path(SAMPLE.id).stat().st_size
     seen = 0 if run.recording is None else sum(len(block.get("depth", ())) for block in run.recording.blocks())
-    kept = f"{seen:,} of {rows:,} samples as recorded, and {run.samples} for the evaluation"
-    return f"The archived file has {size / 1e6:.0f} MB: {kept}."
+    kept = f"{seen:,} of {rows:,} recorded samples, and {run.samples}, which are evaluated"
+    return f"The archived file has a size of {size / 1e6:.0f} MB. It contains {kept}."
 
 
 class Evaluated(NamedTuple):

@@ -97,11 +97,11 @@ def main() -> int:
         rows.append([what, f"{first / 1e6:.0f} MB", f"{last / 1e6:.0f} MB", f"{last / first:.3f}"])
         flat = flat and last / first <= _MOST
     report.table(["Step", "Peak memory, first hundred runs", "Peak memory, last hundred runs", "Ratio"], rows)
-    sound = "sound" if verify.returncode == 0 else "NOT SOUND"
+    found = "found no problems" if verify.returncode == 0 else "FOUND PROBLEMS"
     report.say(
-        f"{archived} of {options.runs} runs of 126 samples archived by {options.jobs} workers in {seconds:.0f} s, "
-        f"exit code {code}; `verify`: {sound}. The memory includes the command and its workers; a ratio of at most "
-        f"{_MOST} is required."
+        f"{options.jobs} workers archived {archived} of {options.runs} runs of 126 samples in {seconds:.0f} s (exit "
+        f"code {code}); `tribopipe verify` {found}. The memory is that of the command and its workers together; the "
+        f"ratio must not exceed {_MOST}."
     )
     report.finish()
     holds = code == 0 and archived == options.runs and verify.returncode == 0

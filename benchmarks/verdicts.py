@@ -136,15 +136,16 @@ def main() -> None:
     answers = in_parallel(judged, tasks, options)
     done = len(answers) // len(kinds)
     report.say(
-        f"{done} laboratories evaluated for each case, in {(time.perf_counter() - start) / 60:.0f} minutes; Monte "
-        f"Carlo in blocks of {options.block} draws. Ranges are exact binomial 95 % intervals."
+        f"For each case, {done} laboratories were evaluated, in {(time.perf_counter() - start) / 60:.0f} minutes in "
+        f"total; the Monte Carlo calculation used blocks of {options.block} draws. The ranges are exact binomial 95 % "
+        "intervals."
     )
     by_kind = {kind: answers[place : done * len(kinds) : len(kinds)] for place, kind in enumerate(kinds)}
-    report.say("False alarms if one k_D holds at all loads (target: at most 5 % of laboratories).")
+    report.say("False alarms if the same k_D applies at all loads (target: at most 5 % of laboratories).")
     sound = {kind: labs for kind, labs in by_kind.items() if kind[0] != HALVED}
     head = ["case", "correction"]
     report.table(
-        [*head, "quantity", "count", "share", "95 % CI"],
+        [*head, "quantity", "count", "fraction", "95 % CI"],
         [row for kind, labs in sound.items() for row in alarms(*kind, labs)],
     )
     report.say("Detection of a law that does not hold: k_D of Si3N4 halves at 800 mN (target: detected in 95 %).")
@@ -153,13 +154,13 @@ def main() -> None:
         if case == HALVED:
             said = [lab[1].outcome for lab in labs if not isinstance(lab, str)]
             found.append([case, correction, *share(said.count("over-predicts"), len(labs))])
-    report.table([*head, AGREEMENT["over-predicts"], "share", "95 % CI"], found)
-    report.say("Agreement of each run.")
+    report.table([*head, AGREEMENT["over-predicts"], "fraction", "95 % CI"], found)
+    report.say("Agreement of each run with the law.")
     verdicts = [row for kind, labs in by_kind.items() for row in outcomes(*kind, labs)]
     report.table([*head, "run", "results", *(AGREEMENT[one] for one in OUTCOMES)], verdicts)
-    report.say("Additional tests if the law holds.")
+    report.say("Additional significance tests if the law holds.")
     report.table(
-        [*head, "test", "count", "share", "95 % CI"],
+        [*head, "test", "count", "fraction", "95 % CI"],
         [row for kind, labs in sound.items() for row in rates(*kind, labs)],
     )
     reasons = {

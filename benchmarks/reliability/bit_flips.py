@@ -264,8 +264,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         every = flip_bits(options.points, options.seed, Path(scratch))
     about = (
-        f"{len(RUNS)} runs and a study. {options.points} flips are distributed evenly over all bytes, and as many "
-        "evenly over the kinds of content."
+        f"The archive contains {len(RUNS)} runs and a study. {options.points} bit flips are distributed evenly over "
+        f"all bytes, and another {options.points} evenly over the types of content."
     )
     sys.exit(
         tell("bit_flips", "Single flipped bits", options, rows_of(every), about, by_kind(every), by_content(every))

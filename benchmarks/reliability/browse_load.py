@@ -202,8 +202,8 @@ def main() -> int:
         "The web server under load",
         options,
         told,
-        "One server is tested with one kind of load after another, over the loopback interface. It may open 1024 "
-        "files.",
+        "One server is tested under one type of load after another, over the loopback interface. It can have up to "
+        "1024 files open.",
     )
 
 
