@@ -78,7 +78,7 @@ def plot_engines(curves: Sequence[EngineCurve], title: str = "") -> Figure:
         reference = np.interp(curve.rotations, first.rotations, first.depth)
         worn = (reference > 0) & (curve.rotations <= first.rotations[-1])
         axes[2].plot(along[worn], 100 * (curve.depth[worn] / reference[worn] - 1), **look)
-    labels = (axis("pressure", "MPa"), axis("wear depth", "um"), axis(f"depth off {first.name}", "%"))
+    labels = (axis("pressure", "MPa"), axis("wear depth", "um"), axis("depth deviation", "%"))
     for place, (ax, words) in enumerate(zip(axes, labels, strict=True)):
         ax.set_ylabel(words)
         ax.set_xlabel(powered_axis("rotations", power))
@@ -127,7 +127,7 @@ def main() -> None:
     )
     report.finish()
     if options.figure is not None:
-        save_figure(plot_engines(drawn, f"UMESHMOTION's economy, ε = {STRESS_LOSSES[-1]:g}"), options.figure)
+        save_figure(plot_engines(drawn, f"UMESHMOTION scheme, stress loss ε = {STRESS_LOSSES[-1]:g}"), options.figure)
 
 
 def compared(values: Column, true: Column) -> list[str]:

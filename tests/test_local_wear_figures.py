@@ -108,7 +108,7 @@ def test_engines_stand_beside_each_other_with_their_drift_from_the_first():
     figure = plot_engines([first, other], "Table 3")
     assert labels(figure) == ["Wear-Processor", "UMESHMOTION mode"]
     pressure, wear, drift = figure.axes
-    assert drift.get_ylabel() == "depth off Wear-Processor / %"
+    assert drift.get_ylabel() == "depth deviation / %"
     np.testing.assert_allclose(line(pressure, "UMESHMOTION mode").get_ydata(), 100.0)
     np.testing.assert_allclose(line(wear, "Wear-Processor").get_data(), (rotations / 1e6, depth * 1e6))
     np.testing.assert_allclose(line(drift, "UMESHMOTION mode").get_ydata(), -10.0)
