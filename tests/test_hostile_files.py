@@ -34,14 +34,14 @@ SOUND = {
     "soft link instead of a result",
     "numbers with a different byte order",
     "field instead of a group",
-    "result 100 000 deep",
-    "findings 100 000 deep",
+    "result nested 100 000 levels deep",
+    "findings nested 100 000 levels deep",
     "600 000 lists",
-    "number of 1e400",
-    "number of 100 000 digits",
+    "number 1e400",
+    "number with 100 000 digits",
     "manifest of another run",
-    "source file name that leads out of the folder",
-    "names that lead out of the archive",
+    "source file name with a path outside the folder",
+    "names with paths outside the archive",
 }
 """What is as tribopipe writes it in all that makes a run as it was ingested."""
 

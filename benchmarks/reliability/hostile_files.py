@@ -139,7 +139,7 @@ def attacked(names: list[str], folder: Path, chosen: Callable[[str], bool] = lam
     """Return a row for each hostile file: what the first refusal said, and the most that any command took."""
     good = good_archive(folder)
     usual = {one.name: one for one in _all_seen(good, folder, chosen)}
-    rows = [Row("the valid file", _told(list(usual.values())), "all commands succeed", _is_well(usual.values()))]
+    rows = [Row("valid file", _told(list(usual.values())), "all commands succeed", _is_well(usual.values()))]
     for name in names:
         with tempfile.TemporaryDirectory(dir=folder) as scratch:
             found = _all_seen(spoilt(good, name, Path(scratch)), Path(scratch), chosen)
@@ -189,7 +189,7 @@ def main() -> int:
         "Hostile archived files",
         options,
         rows,
-        f"{len(names)} files are read in {len(commands(Path(), Path()))} ways each, every time in a separate process. "
+        f"{len(names)} files are read in {len(commands(Path(), Path()))} ways each, each time in a separate process. "
         "The table lists the longest time and the highest memory; a process that has only imported all modules uses "
         "200 MB.",
     )

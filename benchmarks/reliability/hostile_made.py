@@ -196,14 +196,14 @@ def _names(file: h5py.File) -> None:
 
 
 INSIDE: dict[str, Spoil] = {
-    "declared shape of 2^60": _made(shape=(1 << 60,), dtype="f8", chunks=(_CHUNK,)),
-    "never written, of one fill value": _made(shape=(1 << 27,), dtype="f8", fillvalue=1e9),
+    "dataset with a declared length of 2^60": _made(shape=(1 << 60,), dtype="f8", chunks=(_CHUNK,)),
+    "dataset of 1 GB that was never written": _made(shape=(1 << 27,), dtype="f8", fillvalue=1e9),
     "1 GB of zeros in ordinary chunks": _packed(1 << 27, _CHUNK, 0.5),
     "512 MB of zeros in a small chunk": _packed(None, None, 512),
     "chunk of 4 GB": _packed((1 << 29) - 1, (1 << 29) - 1, 4095),
     "10 000 nested groups": _deep,
-    "group in itself": _hard_link,
-    "soft link to itself": _link(DEPTH, h5py.SoftLink(f"/{DEPTH}")),
+    "group that contains itself": _hard_link,
+    "soft link that points to itself": _link(DEPTH, h5py.SoftLink(f"/{DEPTH}")),
     "soft link instead of a result": _link("entry/friction_fit", h5py.SoftLink("/entry/specific_wear")),
     "external link": _link(DEPTH, h5py.ExternalLink("elsewhere.h5", "/x")),
     "external link instead of the entry": _link("entry", h5py.ExternalLink("elsewhere.h5", "/x")),
@@ -221,28 +221,28 @@ INSIDE: dict[str, Spoil] = {
     "enumeration instead of numbers": _values(h5py.enum_dtype({"a": 0, "b": 1}, "i4")),
     "opaque bytes instead of numbers": _values("V8"),
     "lists instead of numbers": _lists,
-    "numbers of 16 bytes": _values("f16" if hasattr(np, "float128") else "c16"),
+    "16-byte numbers": _values("f16" if hasattr(np, "float128") else "c16"),
     "numbers with a different byte order": _values(">f8"),
     "text instead of numbers": _values("S8"),
-    "named type": _named_type,
-    "different compression": _made(dtype="f8", compression="lzf"),
+    "named datatype": _named_type,
+    "different compression filter": _made(dtype="f8", compression="lzf"),
     "one number instead of a column": _made(data=1.0),
-    "column of two dimensions": _made(data=np.zeros((126, 2))),
+    "two-dimensional column": _made(data=np.zeros((126, 2))),
     "shorter column": _made(data=np.zeros(125)),
     "group instead of a field": _group_for_a_field,
     "field instead of a group": _field_for_a_group,
-    "result 100 000 deep": _text(RESULT, "[" * 100_000 + "]" * 100_000),
-    "findings 100 000 deep": _text(FINDINGS, '{"a":' * 100_000),
+    "result nested 100 000 levels deep": _text(RESULT, "[" * 100_000 + "]" * 100_000),
+    "findings nested 100 000 levels deep": _text(FINDINGS, '{"a":' * 100_000),
     "600 000 lists": _text(FINDINGS, f"[{'[],' * 600_000}[]]"),
-    "number of 1e400": _text(FINDINGS, "[1e400]"),
-    "number of 100 000 digits": _text(FINDINGS, f"[{'9' * 100_000}]"),
+    "number 1e400": _text(FINDINGS, "[1e400]"),
+    "number with 100 000 digits": _text(FINDINGS, f"[{'9' * 100_000}]"),
     "invalid JSON": _text(MANIFEST, "\u202e{"),
     "negative load": _changed(MANIFEST, conditions={"normal_load": {"value": -1.0, "unit": "N"}}),
     "infinite load": _text(MANIFEST, '{"conditions": {"normal_load": {"value": Infinity, "unit": "N"}}}'),
     "manifest of another run": _changed(MANIFEST, id="another"),
-    "run ID that leads out of the archive": _changed(MANIFEST, id="../../x"),
-    "source file name that leads out of the folder": _text("entry/source_files/file_0/file_name", "../../x"),
-    "names that lead out of the archive": _names,
+    "run ID with a path outside the archive": _changed(MANIFEST, id="../../x"),
+    "source file name with a path outside the folder": _text("entry/source_files/file_0/file_name", "../../x"),
+    "names with paths outside the archive": _names,
 }
 """What is done to the content of a good run."""
 
@@ -290,10 +290,10 @@ def _block_of_1_gb(path: Path) -> None:
 STUDY: dict[str, Spoil] = {
     "study with 10 000 nested groups": _deep,
     "study with a text of 64 MB": _text("entry/result/data", "x" * (64 << 20)),
-    "study with a result 100 000 deep": _text("entry/result/data", "[" * 100_000),
+    "study with a result nested 100 000 levels deep": _text("entry/result/data", "[" * 100_000),
     "study without JSON": _text("entry/study/data", "{"),
-    "study in another file": _link("entry/study", h5py.ExternalLink("elsewhere.h5", "/x")),
-    "study with a curve of 2^60": lambda file: file["entry"].create_dataset(
+    "study with an external link": _link("entry/study", h5py.ExternalLink("elsewhere.h5", "/x")),
+    "study with a curve with a declared length of 2^60": lambda file: file["entry"].create_dataset(
         "curve_999", (1 << 60,), "f8", chunks=(99,)
     ),
 }
@@ -309,17 +309,17 @@ def _in_place(make: Callable[[Path], object]) -> Callable[[Path], object]:
 
 
 OUTSIDE: dict[str, Callable[[Path], object]] = {
-    "superblock that points outside": _points_outside,
-    "text in which HDF5 loops endlessly": _endless_heap,
-    "half of the file": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "superblock with an address outside the file": _points_outside,
+    "text reference that causes an endless loop in HDF5": _endless_heap,
+    "file truncated to half its length": lambda path: os.truncate(path, path.stat().st_size // 2),
     "empty file": lambda path: os.truncate(path, 0),
-    "only zeros": lambda path: path.write_bytes(bytes(1 << 20)),
+    "file that contains only zeros": lambda path: path.write_bytes(bytes(1 << 20)),
     "hole of 1 GB at the end": _sparse,
     "hole of 1 GB at the beginning": _block_of_1_gb,
     "folder": _in_place(Path.mkdir),
-    "link to a missing file": _in_place(lambda path: path.symlink_to("nowhere.h5")),
-    "link to itself": _in_place(lambda path: path.symlink_to(path)),
-    "link to an endless device": _in_place(lambda path: path.symlink_to("/dev/zero")),
+    "symbolic link to a missing file": _in_place(lambda path: path.symlink_to("nowhere.h5")),
+    "symbolic link to itself": _in_place(lambda path: path.symlink_to(path)),
+    "symbolic link to an endless device": _in_place(lambda path: path.symlink_to("/dev/zero")),
     **({"pipe": _in_place(os.mkfifo)} if hasattr(os, "mkfifo") else {}),
 }
 """What is done to the file of a good run."""
