@@ -1,7 +1,7 @@
 """run.toml and the other documents of a lab, changed 100 000 times: each is taken, or refused in one sentence.
 
 In half of the cases, the structure of a document is changed (values of other types and magnitudes, other units,
-look-alike letters, keys exchanged, renamed, nested, repeated), in a quarter its lines, and in a quarter its bytes. The
+look-alike letters, keys exchanged, renamed, nested, repeated); in a quarter, its lines; in a quarter, its bytes. The
 originals are the sample runs, runs with all keys of run.toml, and recipes, studies, plans, templates and readers.
 """
 

@@ -1,8 +1,8 @@
 """Files of every format, changed 100 000 times in a run folder: each is archived, or refused in one sentence.
 
 In half of the cases, the table of a text file is changed (fields, columns, separators, decimal signs, names,
-encodings), in the other half its bytes; in binary files, bytes are changed. The originals are the example files of each
-format in the tests. Workbooks and HDF5 files are read in separate processes, which take 0.3 s each: 1 case in 200.
+encodings); in the other half, its bytes. In binary files, bytes are changed. The originals are the example files of
+each format in the tests. Workbooks and HDF5 files, 1 case in 200, are read in separate processes (0.3 s each).
 """
 
 import random

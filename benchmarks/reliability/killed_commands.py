@@ -281,7 +281,7 @@ def main() -> int:
         + (
             ""
             if options.kept is None
-            else " The benchmark was run in parts, between which other code of tribopipe was changed."
+            else " The benchmark was run in several parts, and other code of tribopipe was changed between these parts."
         ),
     )
 

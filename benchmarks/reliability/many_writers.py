@@ -193,8 +193,8 @@ def main() -> int:
         "Many simultaneous writers",
         options,
         rows(found, options.points),
-        f"{PROCESSES} processes ingest {options.points // PROCESSES} runs each and correct them for drift; {SHARED} "
-        "runs of each process are processed by another one at the same time.",
+        f"{PROCESSES} processes ingest {options.points // PROCESSES} runs each and correct them for drift; {SHARED} of "
+        f"these {options.points // PROCESSES} runs are ingested and corrected by a second process at the same time.",
     )
 
 
