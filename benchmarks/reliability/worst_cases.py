@@ -224,11 +224,11 @@ def main() -> int:
         "Regular expressions and readers with worst-case input",
         options,
         rows(patterns, found, longest_texts()),
-        f"CPU time for 16, 64 and 128 KB of each of these alphabets: {', '.join(ALPHABETS)}; the minimum of {TIMES} "
-        f"repeats, or of up to {TRIES} if the time does not appear to be linear. Calls that take less than "
-        f"{SHORTEST * 1e3:.0f} ms are repeated until they take {SHORTEST * 1e3:.0f} ms in total, so that all ratios "
-        "are meaningful. Each regular expression is called as in the package; each reader reads a file that contains "
-        "only the alphabet, and a file in its format with the alphabet in the first line or in a row.",
+        f"CPU time is measured for 16, 64 and 128 KB of each of these alphabets: {', '.join(ALPHABETS)}. It is the "
+        f"minimum of {TIMES} repeats, or of up to {TRIES} if the time does not appear to be linear. Calls that take "
+        f"less than {SHORTEST * 1e3:.0f} ms are repeated until they take {SHORTEST * 1e3:.0f} ms in total, so that "
+        "all ratios are meaningful. Each regular expression is called as in the package; each reader reads a file "
+        "that contains only the alphabet, and a file in its format with the alphabet in the first line or in a row.",
     )
 
 
