@@ -48,10 +48,10 @@ Each case compares tribopipe with the usual alternative, or with a lower bound o
 alternately, many times, in one process. Times are medians, with the minimum and the maximum in parentheses. A ratio is
 the time of tribopipe divided by that of the alternative; "times as fast" is the inverse ratio. Cases without disk
 access (b to e, and i) are compared by CPU time. Case (i) compares the current version with an earlier one, which is
-given with `--earlier`; the two versions are run alternately in separate processes. If the alternative would take hours,
-only part of its work is timed, and the time is scaled, as stated in the table. The cases are described in the
-docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs all cases at a
-small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
+given with `--earlier`; the two versions are run alternately in separate processes. If the alternative would take too
+long, only part of its work is timed, and the time is extrapolated, as stated in the table. The cases are described in
+the docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs all cases at
+a small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
 The table lists median times for sizes spanning three decades; the sizes are also timed alternately. The exponent n in
 time ∝ sizeⁿ is determined by a least-squares fit to the logarithms."""

@@ -31,7 +31,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         f"tribopipe ls of {runs:,} runs",
         listing,
         partial(listed, some),
-        f"an h5py loop over their files; {len(some)} timed and scaled",
+        f"h5py loop over their files; extrapolated from {len(some)} files",
         scaled=runs / len(some),
         repeats=7,
     )

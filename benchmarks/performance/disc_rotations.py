@@ -19,7 +19,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         f"two discs, 10⁸ rotations, {_PLACES} points",
         lambda: discs(PUBLISHED).worn(np.linspace(0.0, MANY_ROTATIONS, _PLACES), CURVED, FLAT),
         lambda: published_wear(discs(PUBLISHED), np.ones(steps), CURVED, FLAT),
-        f"one step of the published scheme per rotation; {steps:,} timed and scaled",
+        f"one step of the published scheme per rotation; extrapolated from {steps:,} steps",
         scaled=MANY_ROTATIONS / steps,
         clock=time.process_time,
     )

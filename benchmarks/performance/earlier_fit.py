@@ -66,7 +66,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         "earlier version: fit, uncertainty budget and joint fit, with one law",
         at_most=_MOST,
     )
-    yield Pair(work, both, partial(peer, _BOTH), "the same, with both laws")
+    yield Pair(work, both, partial(peer, _BOTH), "earlier version: the same fits, with both laws")
 
 
 def _python(root: Path) -> str:

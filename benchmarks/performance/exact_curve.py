@@ -35,8 +35,8 @@ def rows(setting: Setting) -> Iterator[Row]:
     looped = setting.of(200, small=20)
     error = f"a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
     there = f"of the published scheme, {steps * PLACES:,} steps for {error}"
-    loop = f"numpy loop {there}; {looped * steps:,} timed and scaled"
-    off = f"a relative error of {np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} along the curve"
+    loop = f"numpy loop {there}; extrapolated from {looped * steps:,} steps"
+    off = f"with a relative error of {np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} along the curve"
     by_solver = f"scipy's solve_ivp (DOP853, rtol {_TOLERANCE:.0e}), {off}"
     peers: list[tuple[str, Callable[[], object], float, float | None]] = [
         (loop, lambda: euler(looped, steps, PLACES), PLACES / looped, 1000),

@@ -36,7 +36,7 @@ TYPICAL = 1e-15
 """m²/N, 1e-9 mm³/(N mm): amid what is found of dry ceramics and metals, for a search to start from."""
 _LONGEST = 1_250_000
 _FRICTION, _WEAR = "friction fit", "k_D fit with its uncertainty budget"
-_WHOLE, _BOTH = "k_D fit to the complete depth signal", "the same, with both laws"
+_WHOLE, _BOTH = "k_D fit to the complete depth signal", "k_D fit to the complete depth signal, with both laws"
 NO_DRAWS = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 

@@ -29,7 +29,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         f"Monte Carlo of k_D, {count:,} draws",
         partial(drawn, problem, count),
         partial(drawn_one_by_one, problem, naive),
-        f"a curve_fit to all samples for each draw; {naive} timed and scaled",
+        f"curve_fit to all samples for each draw; extrapolated from {naive} draws",
         scaled=count / naive,
         repeats=7,
         clock=time.process_time,

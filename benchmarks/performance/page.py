@@ -60,8 +60,8 @@ class Grown(NamedTuple):
         return "" if self.growth.at_most is None else f"≤ {self.growth.at_most:g}"
 
 
-CASES = ("case", "tribopipe", "alternative", "alternative: method", "ratio", "limit", "met")
-GROWTH = ("case", "sizes", "times", "exponent", "limit", "met")
+CASES = ("case", "tribopipe", "alternative", "description of the alternative", "ratio", "limit", "limit met")
+GROWTH = ("case", "sizes", "times", "exponent", "limit", "limit met")
 MEMORY = ("case", "tribopipe", "alternative")
 
 
