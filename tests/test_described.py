@@ -299,7 +299,7 @@ def with_calibration(held: str, column: str = "") -> str:
         ('names = ["x", "F"]\nseparator = ";"\n' + LEAST, "columns.t: found a column that is not in names"),
         ("colums = 3\n" + LEAST, "colums: unknown key; did you mean 'columns'"),
         (LEAST + 'F = { calibration = "c" }', "columns.F.calibration: found 'c', which is not defined"),
-        (LEAST + '[facts]\n"conditions.load" = "x"', "facts.conditions.load: found a key that run.toml does not have"),
+        (LEAST + '[facts]\n"conditions.load" = "x"', "facts.conditions.load: found a key unknown in run.toml"),
         (with_calibration(""), "calibrations.c: found neither points nor polynomial"),
         (with_calibration("points = [[0, 1]]"), "calibrations.c: points: found one pair"),
         (with_calibration("points = [[0, 1], [0, 2]]"), "points: found the reading 0 twice"),

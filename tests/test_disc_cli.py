@@ -270,7 +270,7 @@ def test_the_table_names_the_convention_of_the_sliding_distance(disc_pair, capsy
     show_processed(disc_pair, list(DISC_PAIR), [])
     counted, convention, *_ = capsys.readouterr().out.splitlines()
     assert counted.startswith("2 runs; k_D from ")
-    assert convention == "k_D of twin discs: full-slip convention for the distance"
+    assert convention == "k_D of twin discs: full-slip convention for the sliding distance"
 
 
 @pytest.mark.slow

@@ -200,7 +200,9 @@ def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_senten
         ends = raw.manifest.end_values.model_copy(update={"flat_disc_wear_volume": none})
         manifest = raw.manifest.model_copy(update={"end_values": ends})
         members[name] = Member(correct_drift(type(raw)(manifest, raw.columns, raw.origins, {}, {}, ())), None)
-    with pytest.raises(FitError, match="s: found no wear of the cylindrical disc in any run that identifies k_D"):
+    with pytest.raises(
+        FitError, match="s: found no wear of the cylindrical disc in any run from which k_D is identified"
+    ):
         evaluate(Study(id="s", fit=("a",), predict=("b",), laws=("archard",)), members)
 
 

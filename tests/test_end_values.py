@@ -244,7 +244,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth and pin"),
-        ("spherical", {"disc_wear_depth": "2 um", "disc_track_width": "0.2 mm"}, STROKE, "in the middle of the stroke"),
+        ("spherical", {"disc_wear_depth": "2 um", "disc_track_width": "0.2 mm"}, STROKE, "at mid-stroke"),
     ],
 )
 def test_what_is_lacking_and_what_is_taken_for_granted_is_said(shape, end, conditions, note):

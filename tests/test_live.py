@@ -385,7 +385,10 @@ def test_two_discs_are_refused_in_one_sentence(run_cli, sample_run):
     )
     found = run_cli("live", sample_run, "--once")
     assert found.exit_code == 1
-    assert "whose depth signal does not give the wear of a running test; expected a pin on a disc" in found.stderr
+    assert (
+        "whose wear cannot be determined from the depth signal during the test; expected a pin on a disc"
+        in found.stderr
+    )
 
 
 def test_a_clock_that_begins_anew_ends_what_is_followed(run_cli, sample_run):

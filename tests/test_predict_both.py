@@ -377,5 +377,5 @@ def test_an_impossible_prediction_names_the_run_whose_k_d_it_is(tmp_path):
     ingest(strokes, archive)
     contact = read_run(strokes).manifest.described
     stated = {name: Quantity(value=1e-8, unit="m^2/N") for name in ("ball", "flat")}
-    with pytest.raises(ContactError, match="; this is the prediction with the k_D of another-run: check both runs"):
+    with pytest.raises(ContactError, match=r" \(in the prediction with the k_D from another-run\); check both runs"):
         predict_with(archive, strokes.name, "another-run", "archard", given_wear(contact, stated, Recipe()), Recipe())

@@ -374,7 +374,9 @@ def test_study_whose_fitted_runs_are_all_bad_is_refused(store):
         store.mark(run_id, BAD)
     before = tree_bytes(store.folder)
     said = refusal(list(run_study(store, QUICK, Recipe())))
-    assert_says(said, "air", "no run left to identify k_D", "expected at least one", "`tribopipe mark-bad --undo`")
+    assert_says(
+        said, "air", "no run left from which to identify k_D", "expected at least one", "`tribopipe mark-bad --undo`"
+    )
     assert tree_bytes(store.folder) == before
 
 

@@ -621,7 +621,7 @@ def test_a_run_left_out_is_named_and_not_used(pair, role):
 
 def test_a_study_with_nothing_left_to_fit_is_refused(pair):
     light, heavy = pair
-    with pytest.raises(FitError, match="a-study: found no run left to identify k_D; expected at least one") as refused:
+    with pytest.raises(FitError, match="a-study: found no run left from which to identify k_D; expected") as refused:
         evaluate(
             study(["light"], ["heavy"]),
             {"light": light, "heavy": heavy},

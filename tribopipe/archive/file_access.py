@@ -83,7 +83,7 @@ def _why_not_opened(error: OSError) -> str:
     if number := number_of(error):
         return unreadable(number)
     return (
-        "found a file that is not HDF5, or is damaged; expected a file archived by tribopipe; restore it from a "
+        "found a file that is damaged or not HDF5; expected a file archived by tribopipe; restore it from a "
         "backup, or move it out of the archive"
     )
 
@@ -93,8 +93,8 @@ def _refuse_unsealed(file: h5py.File, path: Path) -> NoReturn:
     found = format_of(file)
     check_format(file, path, STUDY_FORMAT if found is not None and found.kind == STUDY_FORMAT.kind else RUN_FORMAT)
     raise ArchiveError(
-        f"{path}: found no seal (file checksum); another program may have rewritten the file; expected an unmodified "
-        "tribopipe file; restore it from a backup, or save its intact source files with `tribopipe rescue`"
+        f"{path}: found no seal (file checksum), possibly because another program rewrote the file; expected an "
+        "unmodified tribopipe file; restore it from a backup, or save its intact source files with `tribopipe rescue`"
     )
 
 

@@ -47,7 +47,7 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
         return
     if found is not None and found.kind in _EARLIER:
         remedy = (
-            "save the files that it was ingested from with `tribopipe rescue`, and ingest them into another archive"
+            "save its source files with `tribopipe rescue`, and ingest them into another archive"
             if expected == RUN_FORMAT
             else "run the study again in another archive that contains its runs"
         )

@@ -36,7 +36,7 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
         nexus.long_fields(group, units, run.recording.rows, run.recording.blocks())
     except ValueError:
         raise ArchiveError(
-            f"{run.id}: found that the number of samples is no longer {run.recording.rows:,}; expected files that do "
+            f"{run.id}: found that the number of samples changed from {run.recording.rows:,}; expected files that do "
             "not change; try again when the test has ended"
         ) from None
     for name in measured:

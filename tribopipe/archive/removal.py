@@ -31,8 +31,8 @@ def remove(archive: Archive, name: str, *, study: bool = False, force: bool = Fa
             naming = () if study or force else archive.studies_of(name)
             if naming:
                 raise ArchiveError(
-                    f"{path}: found a run that belongs to the study {', '.join(naming)}; expected a run that belongs "
-                    "to no study; remove the study first with --study, or use --force"
+                    f"{path}: found a run that belongs to the study {', '.join(naming)}; expected a run that is not "
+                    "part of a study; remove the study first with --study, or use --force"
                 )
             kept = _free(archive, path)
             with announced(archive.folder, path, "removed", state_of(path), None, by):
@@ -56,8 +56,8 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
                 raise _unknown(archive, name, study=study, removed=True)
             if path.exists():
                 raise ArchiveError(
-                    f"{path}: found an existing file; expected no file with this ID, since files are never replaced; "
-                    "remove the existing file first"
+                    f"{path}: found an existing file; expected no file with this ID, since files are never "
+                    "overwritten; remove the existing file first"
                 )
             check_adopted(kept, path, STUDY_FORMAT if study else RUN_FORMAT)
             with announced(archive.folder, path, "restored", None, state_of(kept), by):

@@ -43,8 +43,8 @@ def rescue(path: Path, into: Path) -> Rescued:
     folder = into / path.stem
     if folder.exists():
         raise ArchiveError(
-            f"{folder}: found an existing folder; expected a new folder, since nothing is replaced; specify "
-            "another with --to"
+            f"{folder}: found an existing folder; expected a new folder, since existing files are never overwritten; "
+            "specify another with --to"
         )
     whole, damaged, listed = _sources(path)
     if not whole:

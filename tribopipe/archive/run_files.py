@@ -200,7 +200,7 @@ class RunFiles:
         if result is None or isinstance(result, record):
             return result
         raise ArchiveError(
-            f"{self.path(run_id)}: found {type(result).__name__} as result of {step_in_words(name)}; expected "
+            f"{self.path(run_id)}: found {type(result).__name__} as the result of {step_in_words(name)}; expected "
             f"{record.__name__}; specify a run on another tribometer"
         )
 
@@ -486,8 +486,9 @@ class RunFiles:
         """Make a folder where there is none; one that has gone meanwhile is not created again on another drive."""
         if self._drive is not None and drive_of(self.folder) != self._drive:
             raise ArchiveError(
-                f"{self.folder}: found that the archive folder no longer exists; expected the folder to remain while "
-                "tribopipe writes; check whether its drive or network share is connected, or whether it was moved"
+                f"{self.folder}: found that the archive folder no longer exists; expected the folder to remain "
+                "available during writing; check whether its drive or network share is connected, or whether it was "
+                "moved"
             )
         folder.mkdir(parents=True, exist_ok=True)
         self._drive = drive_of(self.folder)

@@ -74,7 +74,7 @@ class Cluster:
         if future.status == "cancelled":
             raise BatchError(
                 "--scheduler: found that the scheduler ended before all tasks were done; expected it to keep running; "
-                "start it again and run the same command: archived results are kept"
+                "restart it and run the same command again: archived results are kept"
             )
         if future.status in ("finished", "error"):
             task = self._begun.pop(future)
@@ -120,7 +120,7 @@ def cluster(scheduler: str, jobs: int, tell: Callable[[str], object]) -> Iterato
         distributed: Any = import_module("distributed")
     except ImportError:
         raise BatchError(
-            "--scheduler: found no Dask installation; expected the package distributed; install it with "
+            "--scheduler: found no Dask installation; expected the Python package 'distributed'; install it with "
             '`pip install "tribopipe[hpc]"`'
         ) from None
     with ExitStack() as ending:

@@ -75,7 +75,7 @@ class Plugins(Mapping[str, T], Generic[T]):
                 warnings.warn(why, stacklevel=2)
                 continue
             if (name := self._name_of(plugin)) in found:
-                why = f"{entry.value}: skipped, because a {self._what} {name!r} is already installed"
+                why = f"{entry.value}: skipped, because a {self._what} with the name {name!r} is already installed"
                 warnings.warn(why, stacklevel=2)
             else:
                 found[name] = plugin

@@ -344,7 +344,7 @@ def computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any
     try:
         return operation(left, right)
     except (DimensionalityError, OffsetUnitCalculusError) as error:
-        raise UnitError(f"found incompatible units: {error}; expected quantities of one kind") from None
+        raise UnitError(f"found incompatible units: {error}; expected quantities of the same kind") from None
 
 
 def uncertain_in(quantity: Any, unit: str) -> Any:

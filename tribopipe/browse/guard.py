@@ -167,7 +167,7 @@ def _refusal(scope: Scope) -> tuple[int, str] | None:
             f"found the host {headers.get('host', '')!r}; expected {names[0]}; open the address that was printed",
         )
     if scope["method"] != "GET":
-        return 405, f"found the method {scope['method']}; expected GET; the server only reads"
+        return 405, f"found the method {scope['method']}; expected GET; the server is read-only"
     if _from_elsewhere(headers, names):
         return (
             403,

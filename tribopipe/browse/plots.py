@@ -212,7 +212,7 @@ class PlotOffer:
 
 def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
     """Offer a plot of k_D against the friction coefficient."""
-    words = "Wear volume per load and sliding distance in windows along each run; Sarkar's law predicts k_D·√(1 + 3μ²)."
+    words = "Wear volume per unit load and distance, in windows along each run; Sarkar's law predicts k_D·√(1 + 3μ²)."
     return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
 
 

@@ -39,9 +39,7 @@ def _window(
 ) -> Window:
     """Read what of a plot is looked at."""
     if any(edge is not None and not isfinite(edge) for edge in (start, end)):
-        raise HTTPException(
-            400, "found a limit of the plot that is not a number; expected finite limits; show the whole plot"
-        )
+        raise HTTPException(400, "found a plot limit that is not a number; expected finite limits; click Full range")
     return Window(start, end, width)
 
 

@@ -275,7 +275,7 @@ def _friction(subject: Subject, law: Law) -> "ExponentialFriction | None":
         return subject.friction
     raise FitError(
         f"{subject.manifest.id}: found no fit of μ(s) (Eq. 7), which Sarkar's law requires; expected its parameters; "
-        'specify --friction "A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` where friction was recorded'
+        'specify --friction "A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` if friction was recorded'
     )
 
 

@@ -53,7 +53,7 @@ def live(
     wear_from: Annotated[
         Path | None,
         typer.Option(
-            "--wear-from", help="Archive of earlier runs of the same bodies, from which their k_D is estimated."
+            "--wear-from", help="Archive of earlier runs with the same bodies, from which their k_D is estimated."
         ),
     ] = None,
     every: Annotated[float, typer.Option("--every", help="Time between updates, s.", min=0.1)] = 5.0,

@@ -90,7 +90,7 @@ def local_wear(
             help='Sliding distance to simulate, such as "500 m", or rotations of discs, such as "1e6"; may be repeated.'
         ),
     ] = None,
-    steps_per_decade: Annotated[int, typer.Option(min=1, help="Wear steps per decade.")] = 16,
+    steps_per_decade: Annotated[int, typer.Option(min=1, help="Number of wear steps per decade of wear.")] = 16,
     update_mesh_every: Annotated[
         int,
         typer.Option(

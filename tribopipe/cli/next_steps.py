@@ -300,7 +300,7 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
         yield from _of_wear_coefficients(known, found)
     if rated:
         count = _counted(len(rated), "run")
-        why = f"No fitted k_D for {count}: predict from the wear rate, which equals k_D of Archard's law"
+        why = f"No fitted k_D for {count}: predict from the wear rate, which equals k_D in Archard's law"
         yield NextStep(why, ("tribopipe help scar_only",))
     subject = min(found.studied, default=next((run.id for run in known + rated), None))
     if subject is not None and not Path(f"{subject}.html").exists():

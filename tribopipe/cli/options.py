@@ -81,7 +81,7 @@ FigureFormats = Annotated[
         "--format",
         parser=_figure_format,
         metavar="FORMAT",
-        help="Figures for print, with captions as text: pdf, svg, or png with 600 dpi; may be repeated.",
+        help="Figures for print, with captions as text: pdf, svg, or png at 600 dpi; may be repeated.",
     ),
 ]
 RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file with processing options.")]

@@ -179,6 +179,7 @@ def _predict_onto(
 def _predict_archived(
     folder: Path, ids: list[str] | None, law: Law, recipe: "Recipe", *, force: bool, as_json: bool
 ) -> None:
+    from tribopipe.physics.laws import law_title
     from tribopipe.pipeline import stages
 
     store = load_archive(folder)
@@ -186,7 +187,8 @@ def _predict_archived(
     predicted = stages.predict_from_lightest(store, chosen, [law], recipe, force=force)
     outcomes = followed(predicted, "prediction", len(chosen), tell)
     if not outcomes:
-        say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D of {law}.")
+        under = law_title(law)
+        say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D fitted under {under}.")
     if as_json:
         print_outcomes(outcomes)
     finish(outcomes)

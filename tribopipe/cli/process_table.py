@@ -144,7 +144,7 @@ def _room(families: int, studies: "Sequence[StudyResult]", problems: int, captio
 def _captions(rows: Sequence[RunRow], power: int | None) -> list[str]:
     """Return what is above the tables; conventions are named, since k_D differs by orders of magnitude between them."""
     conventions = " or ".join(sorted({row.convention for row in rows if row.convention is not None}))
-    discs = f"k_D of twin discs: {conventions} convention for the distance"
+    discs = f"k_D of twin discs: {conventions} convention for the sliding distance"
     return [_caption(rows, power), *([discs] if conventions else [])]
 
 

@@ -84,8 +84,8 @@ def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
         fit = store.result(run_id, WEAR_FITS[given.law], WearFit)
         if fit is None:
             raise FitError(
-                f"{run_id}: found no k_D of {law_title(given.law)}; expected a fitted k_D; run `tribopipe fit {run_id} "
-                f"--law {given.law}`, or specify k_D with --wear-coefficient"
+                f"{run_id}: found no k_D under {law_title(given.law)}; expected a fitted k_D; run `tribopipe fit "
+                f"{run_id} --law {given.law}`, or specify k_D with --wear-coefficient"
             )
         if fit.outcome == "not fitted":
             raise FitError(

@@ -118,7 +118,7 @@ class BlockOnRing(SlidingPin):
     @property
     def limits(self) -> tuple[str, ...]:
         """State what is taken of the contact."""
-        return ("the block wears uniformly over its width, to a scar with the shape of the ring",)
+        return ("the block is assumed to wear uniformly over its width and to conform to the ring",)
 
     @model_validator(mode="after")
     def _radius_is_half_the_diameter(self) -> Self:

@@ -242,5 +242,5 @@ class ReaderProfile(Record):
         known = {*_TOP_FACTS, *(f"conditions.{name}" for name in Conditions.model_fields if name != "friction")}
         for key in self.facts:
             if key not in known and not _BODY_FACT.fullmatch(key):
-                raise ValueError(f"facts.{key}: found a key that run.toml does not have; {did_you_mean(key, known)}")
+                raise ValueError(f"facts.{key}: found a key unknown in run.toml; {did_you_mean(key, known)}")
         return self

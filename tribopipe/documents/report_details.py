@@ -144,7 +144,9 @@ def _are_tables(*values: object) -> bool:
 def _picture(path: Path) -> tuple[bytes, str]:
     kind = _LOGO_TYPES.get(path.suffix.lower())
     if kind is None:
-        raise ManifestError(f"{path}: found {path.suffix or 'no suffix'!r}; expected a logo as .png, .jpg or .svg")
+        raise ManifestError(
+            f"{path}: found {path.suffix or 'no suffix'!r}; expected a logo in .png, .jpg or .svg format"
+        )
     try:
         content = read_file(path)
     except OSError as error:

@@ -105,7 +105,7 @@ def _without_distance(run: RawRun, mu: Column) -> FrictionFit:
     if len(mu) < _FEWEST_SAMPLES:
         return FrictionFit(outcome="none", notes=(f"{len(mu)} friction samples are too few to fit",))
     mean, deviation = _vendor_statistics(mu)
-    unknown = "the sliding distance is unknown: state conditions.sliding_speed for a running-in distance"
+    unknown = "the sliding distance is unknown: state conditions.sliding_speed to obtain a running-in distance"
     steady = _steady_only(mu, (unknown,), None)
     return steady.model_copy(update={"load": _load(run), "mean": mean, "standard_deviation": deviation})
 

@@ -182,7 +182,7 @@ def predict_with(
         return _advance(archive, prediction(archive, run_id, recipe, law, reference, known), force=force)
     except ContactError as error:
         # The run that k_D is from may be at fault, rather than the one that is predicted.
-        raise ContactError(f"{error}; this is the prediction with the k_D of {reference}: check both runs") from error
+        raise ContactError(f"{error} (in the prediction with the k_D from {reference}); check both runs") from error
 
 
 def wear_archived_locally(

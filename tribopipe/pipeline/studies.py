@@ -278,8 +278,8 @@ def plan_archived(archive: Archive, name: str, law: LawName, wanted: float, reci
     runs, left_out = members(archive, fit, recipe)
     if not runs:
         raise ArchiveError(
-            f"{name}: found nothing to plan from: {left_out[0].id} is {left_out[0].reason}; expected a run that is "
-            "not marked bad; specify another run, or remove the mark with `tribopipe mark-bad --undo`"
+            f"{name}: found no run on which to base the plan: {left_out[0].id} is {left_out[0].reason}; expected a run "
+            "that is not marked bad; specify another run, or remove the mark with `tribopipe mark-bad --undo`"
         )
     run = next(iter(runs.values()))
     return designs(posed(run, law, recipe), law, wanted, shared, scatter)

@@ -48,7 +48,7 @@ RUN_CAPTIONS = {
 _STUDY_CAPTIONS = {
     "friction": "Friction coefficient of each run, with its fit.",
     "coefficient": (
-        "Effective k_D of each run (wear volume per load and sliding distance, in windows along the wear curve) "
+        "Effective k_D of each run (wear volume per unit load and sliding distance, in windows along the wear curve) "
         "against the friction coefficient in each window, with both laws."
     ),
 }
@@ -62,7 +62,7 @@ def study_caption(what: str, *, discs: bool) -> str:
     if discs:
         return (
             f"Wear volume of each disc with {law} and its 95 % band; below, ratio of measured to predicted wear. "
-            "Filled markers: runs that identify k_D; open markers: predicted runs."
+            "Filled markers: runs from which k_D is identified; open markers: predicted runs."
         )
     return (
         f"Pin wear depth of each run with {law} and its 95 % band; the law is fitted to the runs marked as fitted, and "

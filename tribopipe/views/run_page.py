@@ -160,7 +160,8 @@ def _definitions(strokes: StrokeFriction) -> TextTable:
         (name, shown(value) or NOTHING, "yes" if name == strokes.used else "")
         for name, value in strokes.by_definition.items()
     ]
-    return TextTable("friction coefficient by definition", ("definition", "mean over strokes", "used"), tuple(rows))
+    columns = ("definition", "mean over strokes", "used")
+    return TextTable("friction coefficient according to each definition", columns, tuple(rows))
 
 
 def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:

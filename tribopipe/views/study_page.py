@@ -192,7 +192,7 @@ def _shapes(law: LawResult) -> TextTable:
         "measured exponent n of h ∝ sⁿ",
         "exponent predicted by the law",
         "residual trend",
-        "distance of a possible change of rate",
+        "distance at a possible change in wear rate",
         "k_D after / before the change",
     )
     return TextTable("shape of each wear curve", columns, tuple(row for run in law.runs for row in _shape_row(run)))

@@ -126,11 +126,13 @@ def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Te
     where = f"{column.name} at character {place} of the query"
     if operator not in known:
         raise QueryError(
-            f"{where}: found the operator {operator}; expected one of {' '.join(known)} for a {column.kind}; change "
-            "the operator"
+            f"{where}: found the operator {operator}; expected one of {' '.join(known)} for a {column.kind} column; "
+            "change the operator"
         )
     if not value.strip():
-        raise QueryError(f"{where}: found no value after {operator}; expected a value; write none for a missing value")
+        raise QueryError(
+            f"{where}: found no value after {operator}; expected a value; add it, or write none to find missing values"
+        )
     if value.strip().casefold() == "none" and not literal:
         return _unknown(column, operator, where)
     return Term(column, operator, _value(column, value, where))

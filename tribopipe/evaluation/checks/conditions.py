@@ -208,7 +208,8 @@ def track_beyond_disc(run: RawRun) -> Iterator[Trouble]:
     if radius is not None and diameter is not None and 2 * radius.value > diameter.value:
         yield Trouble(
             "conditions.track_radius",
-            f"found {radius.shown('mm')} on a disc of {diameter.shown('mm')} in diameter; expected a track on the disc",
+            f"found a track radius of {radius.shown('mm')} on a disc {diameter.shown('mm')} in diameter; expected a "
+            "track on the disc",
             "enter the radius of the track, not its diameter, and check contact.disc.diameter",
         )
 
@@ -306,8 +307,8 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
         if abs(frequency - stated.value) > tolerance * stated.value:
             yield Trouble(
                 f"conditions.{stated.key}",
-                f"found {len(found.strokes)} strokes of {period:.4g} s in {found.name}, which is {frequency:.4g} Hz; "
-                f"expected {stated.words} within {100 * tolerance:.2g} %",
+                f"found {len(found.strokes)} strokes of {period:.4g} s each in {found.name}, a frequency of "
+                f"{frequency:.4g} Hz; expected {stated.words} within {100 * tolerance:.2g} %",
                 f"correct {stated.remedy}; the sliding distance is computed from it",
             )
     if conditions.stroke is not None:
@@ -381,7 +382,7 @@ def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             found.name,
             f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no friction "
             "coefficient per stroke is computed; expected a value for conditions.stroke",
-            'add conditions.stroke = "10 mm" or the like: means over complete strokes include the turning points',
+            'add conditions.stroke = "10 mm" or the like; otherwise, means over strokes include the turning points',
         )
     signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
     if found is None and signed is not None:

@@ -105,7 +105,7 @@ def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:
         where = next(name for name in ("sliding_speed", "rotational_speed", "frequency") if getattr(conditions, name))
         yield Trouble(
             f"conditions.{where}",
-            f"found a frequency of {what} of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
+            f"found a {what} frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
             f"{most:.4g} Hz",
             f"check the units of {where} and of {'stroke' if what == 'strokes' else 'track radius'}",
         )
@@ -276,9 +276,9 @@ def worn_before(run: RawRun) -> Iterator[Trouble]:
     yield Trouble(
         "signals",
         f"found earlier steps in the file ({earlier}), which may have worn the same specimens; expected unworn "
-        "specimens at the start of a run, without which k_D is wrong",
-        "if the specimens were not replaced, remove steps under [[signals]]: k_D of all steps together is based on the "
-        'recorded load; or describe the worn pin with shape = "truncated-sphere" and its flat_radius',
+        "specimens at the start of a run; otherwise k_D is wrong",
+        "if the specimens were not replaced, remove steps under [[signals]]: a single k_D is then determined from all "
+        'steps, with the recorded load; or describe the worn pin with shape = "truncated-sphere" and its flat_radius',
     )
 
 

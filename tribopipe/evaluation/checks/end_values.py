@@ -70,7 +70,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
         yield Trouble(
             f"{where}.{'pin_wear_volume' if end.pin_wear_volume is not None else 'pin_mass_loss'}",
             f"found a wear volume of {volume.shown('mm^3')} on a tip with a volume of "
-            f"{show(held, None, 'm^3', 'mm^3')}; expected a wear volume smaller than that of the tip",
+            f"{show(held, None, 'm^3', 'mm^3')}; expected a wear volume smaller than the volume of the tip",
             "check both units",
         )
     scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width

@@ -351,9 +351,9 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             if depth is not None and depth.value > coating.value:
                 yield Trouble(
                     f"contact.{name}.coating_thickness",
-                    f"found wear {depth.shown('um')} deep in a coating of {coating.shown('um')}; expected wear within "
-                    "the coating",
-                    "repeat the test over a shorter distance; k_D and wear rate of this test are for coating and "
+                    f"found wear {depth.shown('um')} deep in a coating {coating.shown('um')} thick; expected wear "
+                    "within the coating",
+                    "repeat the test over a shorter distance; k_D and wear rate of this test apply to coating and "
                     "substrate combined",
                 )
 
@@ -416,7 +416,8 @@ def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trou
         shown = rate.value * (softest if highest else hardest)
         yield Trouble(
             where,
-            f"found a wear rate times hardness of {shown:.2g}; expected {_ARCHARD[0]:g} to {_ARCHARD[1]:g}",
+            f"found a dimensionless wear coefficient (wear rate times hardness) of {shown:.2g}; expected "
+            f"{_ARCHARD[0]:g} to {_ARCHARD[1]:g}",
             "check the units of the measurement, of the load and of the sliding distance",
         )
 
@@ -433,8 +434,8 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
             continue
         yield Trouble(
             f"end_values.{name}",
-            f"found {scar.shown('um')}, smaller than the initial contact of {show(start, None, 'm', 'um')}; expected "
-            "a larger scar",
+            f"found {scar.shown('um')}, smaller than the initial contact diameter of {show(start, None, 'm', 'um')}; "
+            "expected a larger scar",
             "check that it is the diameter, and check its unit, the load and the radius of the pin",
         )
     if pin.line:
@@ -499,10 +500,10 @@ def scar_not_round(run: RawRun) -> Iterator[Trouble]:
     if width > _ROUND * length > 0 and not both_ways:
         yield Trouble(
             "end_values.pin_scar_diameter",
-            f"found one diameter, {scar.shown('um')}, although the groove makes the scar about {width / length:.2g} "
-            "times as wide as long; expected length and width",
-            "enter pin_scar_length, along the sliding direction, and pin_scar_width; the diameter is taken for their "
-            "mean, and k_D is wrong if only one of them was measured",
+            f"found a single diameter, {scar.shown('um')}, although the groove makes the scar about "
+            f"{width / length:.2g} times as wide as long; expected length and width",
+            "enter pin_scar_length, along the sliding direction, and pin_scar_width; the diameter is assumed to be "
+            "their mean, so k_D is wrong if only one of them was measured",
         )
 
 
@@ -571,7 +572,7 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     start, power = _start_width(run), 2 if pin.line else 3
     # By V ~ a⁴ + 2a*³a − 3a*⁴ of the GIWM at the depth a²/2R, with a*³ = 4/3·a_H³.
     by_giwm = not pin.line and "depth" in run.columns
-    fitted = ", and k_D of a GIWM fit with a depth signal by several times this fraction" if by_giwm else ""
+    fitted = ", and k_D from a GIWM fit to the depth signal by several times this fraction" if by_giwm else ""
     for name, scar in _scars(run):
         share = (start / scar.value) ** power if scar.value > start else 0.0
         if share <= max(_ELASTIC, (power + 1) * (scar.standard_uncertainty or 0.0) / scar.value):
@@ -594,7 +595,7 @@ def _scar_across(run: RawRun, contact_length: float) -> Iterator[Trouble]:
                 f"end_values.{name}",
                 f"found {scar.shown('mm')}, the length of the contact across the sliding direction; expected the size "
                 "of the scar along the sliding direction",
-                "enter the size along the sliding direction; keep the value if it is, and both happen to be equal",
+                "enter the size along the sliding direction; keep the value if the two sizes happen to be equal",
             )
 
 
@@ -609,10 +610,10 @@ def _longer_than_wide(end: EndValues) -> Iterator[Trouble]:
         if length.value > max(_LONGER * width.value, width.value + 3 * spread):
             yield Trouble(
                 f"end_values.pin_scar_length, end_values.{name}",
-                f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width of at "
-                "least the length, since a groove makes the scar wider than it is long",
+                f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width no "
+                "smaller than the length, since a groove makes the scar wider than it is long",
                 "check that the length is measured along the sliding direction and the width across it, and that "
-                "neither is half the size",
+                "neither is only half of the dimension",
             )
 
 

@@ -214,7 +214,8 @@ def signals_preprocessed(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     for change in cleaned.record.changes:
         yield Trouble(
             change.signal,
-            f"found a signal that requires preprocessing: {change.what} ({change.why}); expected none",
+            f"found a signal that requires preprocessing: {change.what} ({change.why}); expected a signal that can be "
+            "used as recorded",
             f"the raw signal is kept; a recipe without {change.step!r} skips this step",
         )
 

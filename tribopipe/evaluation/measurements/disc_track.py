@@ -199,11 +199,12 @@ def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
     """Report what the volume of a track follows from."""
     if pair.pin is UNKNOWN_SHARE:
         yield (
-            f"the wear of the pin is unknown: {pair.disc.name} alone gives a rough wear volume of the disc; measure "
+            f"the wear of the pin is unknown: {pair.disc.name} alone gives only a rough wear volume of the disc; "
+            "measure "
             'the pin, or both depth and width of the track, or state pin_wear_depth = "0 um" if the pin has not worn'
         )
     else:
         pin = "the depth signal" if pair.pin.quantity is pin_depth else pair.pin.name
         yield f"wear volume of the disc from {pair.disc.name} and {pin}, and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
-        yield f"{pair.disc.name} is assumed to be measured in the middle of the stroke"
+        yield f"{pair.disc.name} is assumed to have been measured at mid-stroke"

@@ -270,7 +270,7 @@ def _restricted(study_id: str, run: StudiedRun, bodies: Sequence[str]) -> Studie
     if some is None or not set(some.bodies) & set(bodies):
         raise FitError(
             f"{study_id}: found no measurement of the {' or '.join(map(spoken, bodies))} in {run.member.id}; expected "
-            "one, since the study identifies k_D of no other body; remove the run from the study, or add the "
+            "one, since the study does not identify k_D of any other body; remove the run from the study, or add the "
             "measurement"
         )
     return some
@@ -282,8 +282,9 @@ def _refuse_mixture(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequenc
         silent = [run.member.id for run in fitted if _name_in(run, body) not in run.bodies]
         if silent:
             raise FitError(
-                f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have "
-                "one; expected the same for all runs that identify k_D; remove the run from fit, or add the measurement"
+                f"{study_id}: found no measurement of the {spoken(body)} in {silent[0]}, although other runs have one; "
+                "expected the same measurements in all runs from which k_D is identified; remove the run from fit, or "
+                "add the measurement"
             )
 
 
@@ -292,7 +293,7 @@ def _refuse_no_wear(study_id: str, fitted: Sequence[StudiedRun], bodies: Sequenc
     for body in bodies:
         if not any(_coefficient(run, body) > 0 for run in fitted):
             raise FitError(
-                f"{study_id}: found no wear of the {spoken(body)} in any run that identifies k_D; expected a "
+                f"{study_id}: found no wear of the {spoken(body)} in any run from which k_D is identified; expected a "
                 "positive measurement in at least one; to treat this body as unworn, remove these measurements from "
                 "run.toml"
             )

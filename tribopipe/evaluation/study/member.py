@@ -142,8 +142,8 @@ def chosen(
     fit, predict = ([members[i] for i in ids if i not in out] for ids in (study.fit, study.predict))
     if not fit:
         raise FitError(
-            f"{study.id}: found no run left to identify k_D; expected at least one; list another run in fit, or remove "
-            "a mark with `tribopipe mark-bad --undo`"
+            f"{study.id}: found no run left from which to identify k_D; expected at least one; list another run in "
+            "fit, or remove a mark with `tribopipe mark-bad --undo`"
         )
     check_bodies(study.id, *([member.corrected.run.manifest for member in some] for some in (fit, predict)))
     return fit, predict

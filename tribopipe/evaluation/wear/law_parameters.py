@@ -81,7 +81,7 @@ def _held(law: WearLaw, name: str) -> str:
     called = name.replace("_", " ")
     if _end(law, name) == 0:
         return f"{called} is fixed at its fitted value of 0: k_D and its uncertainty are those without this parameter"
-    return f"{called} has no effect on the wear of this run: its value has no meaning"
+    return f"{called} has no effect on the wear of this run: its value is meaningless"
 
 
 class _Search:

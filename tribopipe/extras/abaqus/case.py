@@ -166,14 +166,13 @@ class Rolling(Sliding):
     rate: ClassVar[str] = "k_D n (integral of p along its streamline)"
     factors: ClassVar[tuple[str, ...]] = ("CLEN", "TURNS")
     use: ClassVar[str] = (
-        "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat has to be in the "
-        f"folder of the job; {README} describes it. Its node numbers are those of an input file without "
-        "parts and assemblies."
+        "Run with cpus=1: streamlines and their integrals are kept in COMMON. streamlines.dat must be in the job "
+        "folder; {README} describes it. Its node numbers are those of an input file without parts and assemblies."
     )
     arguments: ClassVar[str] = " cpus=1"
     data: ClassVar[str] = (
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
-        "dl in mm that the node stands for along the direction of rolling: half the distance between its "
+        "dl in mm that the node represents along the rolling direction: half the distance between its "
         "neighbors, twice that where a plane of symmetry mirrors it. Nodes that are not on a streamline do not wear. "
         "The file in the folder harness is an example."
     )

@@ -70,7 +70,7 @@ def increments_lines(case: WearCase) -> Iterator[str]:
 def use_lines(case: WearCase) -> Iterator[str]:
     """Give the requirements of the subroutine on the model."""
     yield (
-        "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the wearing surface, which has to be the "
+        "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the wearing surface, which must be the "
         "slave (secondary) surface of the contact, where CSTRESS is available. UREF is not used, since a step may "
         "ramp it."
     )

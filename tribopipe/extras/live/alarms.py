@@ -158,7 +158,7 @@ class Departure:
             "law",
             self.noticed,
             f"the depth signal has deviated from the wear law since about {self.since:.4g} m, {where} than predicted "
-            "from the earlier signal: the wear has changed, or the drift is not steady",
+            "from the earlier signal: the wear rate has changed, or the drift is not steady",
         )
 
 

@@ -231,7 +231,7 @@ class Follower:
         size = sum(one.st_size for one in seen)
         if size > _MOST_WHOLE:
             raise ReaderError(
-                f"{names[0]}: found {size / 2**20:.0f} MB that must be read again completely at each update; expected "
+                f"{names[0]}: found {size / 2**20:.0f} MB that must be reread at each update; expected "
                 f"one file of delimited text, or at most {_MOST_WHOLE >> 20} MB; process the run when it has ended"
             )
         try:

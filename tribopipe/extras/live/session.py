@@ -51,8 +51,8 @@ class Session:
         contact = asked.run.manifest.contact
         if contact is not None and not contact.sensor_tells:
             raise ContactError(
-                f"{asked.run.id}: found a {contact.kind} run, whose depth signal does not give the wear of a running "
-                "test; expected a pin on a disc; process the run when it has ended"
+                f"{asked.run.id}: found a {contact.kind} run, whose wear cannot be determined from the depth signal "
+                "during the test; expected a pin on a disc; process the run when it has ended"
             )
         self.asked = asked
         self.state = State()

@@ -135,7 +135,7 @@ def _same(drop: Drop, journal: Journal, twin: Entry) -> Iterator[Event]:
         journal.note(twin.model_copy(update=again))
         return
     journal.note(twin.model_copy(update=again | {"state": "same"}))
-    yield Event("same", f"{drop.name}: same content as {twin.name}, which is run {twin.run}", drop.name, twin.run)
+    yield Event("same", f"{drop.name}: same content as {twin.name}, archived as {twin.run}", drop.name, twin.run)
 
 
 def _half(drop: Drop, run_id: str, lab: Lab, journal: Journal) -> str | None:

@@ -167,7 +167,7 @@ def pin_on_track(
     )
     if not (rigid.approach < radius and half_width < radius):
         raise ContactError(
-            f"local wear: found wear for which the scar is as wide as the sphere of radius "
+            "local wear: found so much wear that the scar is as wide as the sphere of radius "
             f"{show(radius, None, 'm', 'mm')}; expected a narrower scar; use a shorter distance, or check load, wear "
             "coefficients and radius"
         )

@@ -259,7 +259,7 @@ def _check_borrowed(look: Look, borrowed: Borrowed, known: set[str]) -> None:
         )
         look.note("reference", message, f"restore or process {borrowed.reference}", part)
     elif borrowed.sha256 not in known:
-        message = f"found a prediction with an earlier k_D of {borrowed.reference}; expected the current k_D"
+        message = f"found a prediction with an earlier k_D from {borrowed.reference}; expected the current k_D"
         look.warning("reference", message, "process both runs again, or run their study again", part)
 
 

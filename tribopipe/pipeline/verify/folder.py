@@ -151,5 +151,5 @@ def _colliding(archive: Path) -> Iterator[Look]:
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
         message = f"found {', '.join(names[1:])}, which differs only in upper and lower case; expected different IDs"
-        look.warning("folder", message, "keep one of them elsewhere: on Windows and macOS one would replace the other")
+        look.warning("folder", message, "move one of them elsewhere: on Windows and macOS, one would replace the other")
         yield look

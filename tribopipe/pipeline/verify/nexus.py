@@ -289,7 +289,7 @@ def _default_faults(root: Group) -> Iterator[Fault]:
     entry = root.members.get(_text(root, "default") or "")
     data = entry.members.get(_text(entry, "default") or "") if isinstance(entry, Group) else None
     if not isinstance(data, Group) or _text(data, "NX_class") != "NXdata":
-        yield Fault("", "found no plot at the attributes 'default'; expected the path of an NXdata group")
+        yield Fault("", "found no plot under the attribute 'default'; expected the path to an NXdata group")
 
 
 def _plotted(data: Group, name: str | None, root: Group) -> Field | None:

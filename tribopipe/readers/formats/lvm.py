@@ -249,8 +249,8 @@ def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tupl
     columns, certain = _computed(columns, headings)
     if not certain:
         note = (
-            "there may be gaps between packets, or channels may differ: it is not used as time; if it is time, map "
-            "time to it in run.toml"
+            "it is not used as time, since there may be gaps between packets, or channels may differ; if it is time, "
+            "map time to it in run.toml"
         )
         return columns, [f"X_Value is computed as X0 + n Delta_X, though {note}"]
     columns, notes = _with_time(columns, headings)

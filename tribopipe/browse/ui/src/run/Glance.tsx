@@ -66,7 +66,7 @@ function Unfitted({ run }: { run: Run }) {
       <strong>No wear coefficient was identified in this run.</strong>{" "}
       {run.stages.length === 0 ? (
         <>
-          It was archived but not evaluated; run <code>tribopipe process</code> with its run folder.
+          It was archived but not evaluated; run <code>tribopipe process</code> on its run folder.
         </>
       ) : (
         <>See the steps and the findings below for the reason.</>
