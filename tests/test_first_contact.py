@@ -79,7 +79,7 @@ def test_where_nothing_is_it_says_how_to_begin(commands, lab):
 
 def test_the_list_of_commands_is_still_there(run_cli):
     shown = run_cli("--help").stdout
-    assert "From tribometer run folders" in shown
+    assert "Archive and evaluate tribometer tests" in shown
     assert all(f"  {name} " in shown for name in ("process", "demo", "help", "new"))
 
 

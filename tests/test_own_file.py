@@ -481,7 +481,8 @@ def test_a_length_that_may_be_the_depth_is_named(lab):
     (lab / "a.csv").write_text(table(extra=";Antaa (µm);X (mm)", value=";0.5;1.5"), encoding="utf-8")
     made, _, _ = drafted(lab / "a.csv")
     assert [note for note in made.notes if "depth" in note] == [
-        "a.csv: no column is known to be the depth; if 'Antaa (µm)' is, map it to depth under [signals.columns]"
+        "a.csv: no column was identified as the depth signal; if 'Antaa (µm)' is the depth, map it to depth under "
+        "[signals.columns]"
     ]
 
 

@@ -115,7 +115,7 @@ def test_all_rows_are_read_where_no_step_is_chosen(lab):
         ("steps = [4, 4]", "steps: found step 4 twice"),
         (
             'sheet = "A"',
-            "log.csv: found the sheet 'A' specified for a file of the format rtec-mft, which has no sheets",
+            "log.csv: found the sheet 'A' specified for a file in the format rtec-mft, which has no sheets",
         ),
     ],
 )
@@ -274,7 +274,7 @@ def test_a_sheet_that_is_not_there(lab, wanted, told):
 
 def test_each_sheet_takes_one_workbook(lab):
     export = put(lab, "log.csv", rtec_ladder())
-    with pytest.raises(ReaderError, match="found a file of the format rtec-mft; expected a workbook"):
+    with pytest.raises(ReaderError, match="found a file in the format rtec-mft; expected a workbook"):
         make_runs(Wanted([export], lab, each_sheet=True))
     with pytest.raises(ReaderError, match="--each-sheet: found 2 files"):
         make_runs(Wanted([export, export], lab, each_sheet=True))

@@ -1,4 +1,4 @@
-"""From tribometer run folders to wear laws that can be trusted.
+"""Archive and evaluate tribometer tests, identify wear coefficients, and test wear laws.
 
 >>> import tribopipe
 >>> run = tribopipe.read_run("sample_runs/si3n4-air-200mN")

@@ -92,7 +92,7 @@ _HEADERS = {
 _NO_KEY = (
     "found no access key; expected the key from the address printed by `tribopipe browse`; open that address again"
 )
-_MISTAKE = "found a {0} ({1}); expected no exception; please report it with the address of the page"
+_MISTAKE = "found an internal error ({0}: {1}); expected no exception; please report it with the address of the page"
 
 
 class Guard:

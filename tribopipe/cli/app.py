@@ -62,8 +62,8 @@ app = typer.Typer(
     name="tribopipe",
     cls=_Commands,
     help=(
-        "From tribometer run folders to wear laws that can be trusted.\n\nWithout a command, tribopipe shows the "
-        "next steps for the current folder."
+        "Archive and evaluate tribometer tests, identify wear coefficients, and test wear laws.\n\nWithout a command, "
+        "tribopipe shows the next steps for the current folder."
     ),
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

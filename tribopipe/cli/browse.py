@@ -46,7 +46,7 @@ def require_server() -> None:
             import_module(name)
         except ImportError:
             raise ArchiveError(
-                f'found no package {name}; expected the packages of the web server; run `pip install "tribopipe[web]"`'
+                f'found no package {name}; expected the web server packages; run `pip install "tribopipe[web]"`'
             ) from None
     from tribopipe.browse.app import NOT_BUILT, is_built
 

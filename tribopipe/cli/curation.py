@@ -150,7 +150,7 @@ def logged_in() -> str | None:
         return None
 
 
-OfStudies = Annotated[bool, typer.Option("--study", help="Treat the IDs as those of studies instead of runs.")]
+OfStudies = Annotated[bool, typer.Option("--study", help="Treat the IDs as study IDs instead of run IDs.")]
 
 
 def removed_ids(context: typer.Context) -> list[str]:

@@ -171,7 +171,7 @@ def _predict_onto(
 ) -> None:
     if not source or not target or beside:
         raise typer.BadParameter(
-            "specify only the runs to fit, with --from ID, and the runs to compare with the prediction, with --onto ID"
+            "specify only the runs to fit (--from ID) and the runs to compare with the prediction (--onto ID)"
         )
     show_together(load_archive(folder), source, target, law, recipe, verbose=verbose, as_json=as_json)
 

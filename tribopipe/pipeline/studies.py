@@ -380,7 +380,7 @@ def study_toml(study: Study) -> str:
         *(f"    {quoted(run_id)}," for run_id in study.predict),
         "]",
         f"laws = [{', '.join(quoted(law) for law in study.laws)}]",
-        "# Inputs with the same error in all runs; add normal_load if one load cell measured all of them.",
+        "# Inputs with the same error in all runs; add normal_load if all loads were measured with the same load cell.",
         f"shared = [{', '.join(quoted(name) for name in study.shared)}]",
     ]
     depth = study.end_of_life

@@ -180,8 +180,8 @@ def detect(source: SourceFile, holds: Holds | None = None) -> Reader:
     best = next(iter(found), None)
     if holds and best and best.reader.holds != holds and is_sure(best.match) and not any(is_sure(m) for _, m in right):
         raise ReaderError(
-            f"{source.name}: found a file of {best.reader.title}, which contains {_HOLD[best.reader.holds]}; "
-            f"expected a file with {_HOLD[holds]}; {_MEND[best.reader.holds]}"
+            f"{source.name}: found a file in the format {best.reader.title}, which contains "
+            f"{_HOLD[best.reader.holds]}; expected a file with {_HOLD[holds]}; {_MEND[best.reader.holds]}"
         )
     return chosen(source, right)[0].reader
 

@@ -20,7 +20,7 @@ def refuse_sheet(sheet: str | None, reader: Reader, file: str) -> None:
     """Raise ``ReaderError`` where a sheet is named of a file that has none."""
     if sheet is not None and not hasattr(reader, "sheets"):
         raise ReaderError(
-            f"{file}: found the sheet {sheet!r} specified for a file of the format {reader.name}, which has no sheets; "
+            f"{file}: found the sheet {sheet!r} specified for a file in the format {reader.name}, which has no sheets; "
             "expected a workbook or a MAT-file; remove the sheet"
         )
 

@@ -130,7 +130,7 @@ def _units(profile: ReaderProfile, text: Text, lines: list[str], top: int) -> tu
     number = next((cell for cell in units if is_number(cell, ".,") and cell != "1"), None)
     if number is not None:
         raise ReaderError(
-            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as given by the "
+            f"{text.name}, line {at + 1}: found the number {number!r}; expected the row of units, as specified in the "
             f"profile {profile.name!r}; correct units_row, or the position of the table"
         )
     return units
@@ -143,15 +143,16 @@ def _first_line(profile: ReaderProfile, text: Text, lines: list[str]) -> int:
         if top < len(lines):
             return top
         raise ReaderError(
-            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as given by the profile "
-            f"{profile.name!r}; correct header_lines, or export the file again with its data"
+            f"{text.name}: found {len(lines)} lines; expected a table below the first {top}, as specified in the "
+            f"profile {profile.name!r}; correct header_lines, or export the file again with its data"
         )
     found = search(profile.starts_at, list(map(_bare_line, lines)), text.name)
     if found is not None:
         return found[0]
     raise ReaderError(
         f"{text.name}: found no line that matches {profile.starts_at!r} among the first {len(lines)}; expected the "
-        f"table to begin there, as given by the profile {profile.name!r}; correct starts_at, or specify another reader"
+        f"table to begin there, as specified in the profile {profile.name!r}; correct starts_at, or specify another "
+        "reader"
     )
 
 

@@ -300,7 +300,7 @@ _FOUR_BALLS = Method(
 )
 _BOTH_WEAR = Method(
     "Wear of a pin and of its track",
-    "Archard's law holds at each point of both bodies, which stay in contact. In each slice along the sliding "
+    "Archard's law holds at each point of both bodies, which remain in contact. In each slice along the sliding "
     "direction, the depth of the groove follows from the cross-sectional area A that the pin has lost there; L is "
     "the sliding distance between two passages of the pin. The size of scar and groove follows from the wear volumes "
     "of both bodies:",
@@ -336,7 +336,7 @@ _DISCS = Method(
         ),
     ),
     "κ is π/4 as published, and 1 for the convention line-load. The number of rotations N is an integral over the "
-    "worn height, in the limit of small steps; the steps of the paper are one rotation long.",
+    "worn height, in the limit of small steps; in the paper, each step is one rotation.",
     (PAPER,),
 )
 _CONVENTIONS: dict[DistanceConvention, Method] = {

@@ -74,7 +74,7 @@ def reporting_items(archive: Archive, run_id: str, replicates: str | None = None
         *_scar(run.manifest),
         *_volumes(run.manifest, archive.result(run_id, "specific_wear", SpecificWear)),
         *_friction(archive.result(run_id, "friction_fit", FrictionFit)),
-        ReportingItem("result", "replicates, and scatter between them", replicates, "fit", *_REPEAT),
+        ReportingItem("result", "replicates and their scatter", replicates, "fit", *_REPEAT),
         *_circumstances(run.manifest),
     ]
 
@@ -120,7 +120,7 @@ def _sliding(run: RawRun) -> Iterator[ReportingItem]:
     yield ReportingItem("test", "normal load", load, "conditions.normal_load")
     yield ReportingItem("test", "sliding speed", speed, "conditions.sliding_speed")
     yield ReportingItem("test", "sliding distance", _last(run, "sliding_distance"), "conditions.sliding_distance")
-    yield ReportingItem("test", "track radius, or stroke", path, "conditions.track_radius")
+    yield ReportingItem("test", "track radius or stroke", path, "conditions.track_radius")
     for key, unit in (("rotational_speed", "rpm"), ("frequency", "Hz")):
         if value := shown(getattr(conditions, key), unit):
             yield ReportingItem("test", spoken(key), value, f"conditions.{key}")
@@ -142,7 +142,7 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
     humidity = shown(conditions.relative_humidity, "%") or _mean(run, "relative_humidity")
-    yield ReportingItem("test", "environment, or lubricant", conditions.medium, "conditions.medium")
+    yield ReportingItem("test", "environment or lubricant", conditions.medium, "conditions.medium")
     yield ReportingItem("test", "temperature", temperature, "conditions.temperature")
     yield ReportingItem("test", "relative humidity", humidity, "conditions.relative_humidity")
 

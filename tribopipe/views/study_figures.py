@@ -310,8 +310,8 @@ def _key(runs: Sequence[RunVerdict], panels: Sequence[Panel], *, thin: bool) -> 
         for role in ("fitted", "predicted")
         if any(run.role == role for run in runs)
     ]
-    handles.append(Patch(color=GREY, alpha=0.35, lw=0, label="law, 95 % band"))
-    handles += [Line2D([], [], color=GREY, ls=":", lw=0.9, label="averages, 95 % band")] if averaged else []
+    handles.append(Patch(color=GREY, alpha=0.35, lw=0, label="wear law, 95 % band"))
+    handles += [Line2D([], [], color=GREY, ls=":", lw=0.9, label="95 % band of averages")] if averaged else []
     handles += [
         Line2D([], [], label=label, **_cross(outcome))
         for outcome, (_, label) in _DEPARTING.items()

@@ -58,7 +58,7 @@ _UNITS = {"m": "mm", "1": "%"}
 
 
 _OF_BODIES = (
-    ("wear depth at the sides", "wear_depth_edge", "um"),
+    ("wear depth at the edges", "wear_depth_edge", "um"),
     ("wear volume", "wear_volume", "mm^3"),
     ("cross-sectional area of the wear track", "track_cross_section", "um^2"),
 )

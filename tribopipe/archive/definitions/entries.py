@@ -132,7 +132,7 @@ def _source_files() -> GroupPart:
 
 def _raw(tribometer: str | None) -> GroupPart:
     members = tuple(signals("origin", "long_name", needed=axis_of(tribometer)))
-    doc = "The signals; ``origin`` states whether each was measured, or what it is derived from."
+    doc = "The signals; ``origin`` states whether a signal was measured, or from what it was derived."
     return GroupPart("raw", "NXdata", doc, members, required=True)
 
 
@@ -276,7 +276,7 @@ def _wear_plot(tribometer: str | None) -> GroupPart:
     return GroupPart("wear", "NXdata", "Corrected wear and the fitted laws, for viewers.", members)
 
 
-_DOC = """Study of wear tests: k_D is identified from some runs, and the wear of the others is predicted with it.
+_DOC = """Study of wear tests: k_D is identified from some of the runs and used to predict the wear of the others.
 
 Curves are wear depths in µm or wear volumes in mm^3 of a body, against the sliding distance or the rotations."""
 
@@ -291,7 +291,7 @@ def study_definition() -> Definition:
         text("identifier_study", "ID of the study."),
         GroupPart("archived", "NXcollection", "Archive format and fingerprint of the study.", archived, required=True),
         process("process", "Program that computed the study.", required=True),
-        document("study", "study.toml: the runs from which k_D is identified, and those that are predicted."),
+        document("study", "Content of study.toml: runs from which k_D is identified, and runs to be predicted."),
         document("result", "Result with all digits."),
         document("options", "Recipe that was used."),
         document("stands_on", "SHA-256 of each run as ingested.", required=False),

@@ -179,7 +179,7 @@ def disc_notes(
     if ways and best is None:
         lacking = conditions.track_radius is None and conditions.stroke is None
         yield (
-            "track_radius or stroke is missing: no wear volume of the disc"
+            "track_radius or stroke is missing, so the wear volume of the disc is not calculated"
             if lacking
             else "the depth or width of the wear track alone does not give the wear volume of the disc"
         )

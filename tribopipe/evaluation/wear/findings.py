@@ -261,8 +261,8 @@ def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Findi
         where="end_values",
         message=(
             "found no measured wear depth of the disc; the uncertainty of k_D includes "
-            f"{100 * relative:.2g} % for an unmeasured groove {100 * recipe.uncertainty.unseen_groove:.0f} % as deep "
-            f"as the wear of the pin{beyond}"
+            f"{100 * relative:.2g} % for an unmeasured groove with a depth of "
+            f"{100 * recipe.uncertainty.unseen_groove:.0f} % of the wear depth of the pin{beyond}"
         ),
         remedy=(
             "measure the track and state it as end_values.disc_wear_depth; if no track is visible, state 0 nm with "

@@ -89,7 +89,7 @@ def local_scenario(
         names = " and ".join(map(spoken, bodies))
         raise FitError(
             f"{manifest.id}: found {len(coefficients)} wear coefficients; expected at least one and at most "
-            f"{len(bodies)}, of the {names}; specify each once"
+            f"{len(bodies)}, for the {names}; specify each once"
         )
     known = KnownWear(dict(zip(bodies, coefficients, strict=False)), distance=ARCHARDS)
     return wear_scenario(manifest, known, law, friction, recipe)

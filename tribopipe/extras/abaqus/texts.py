@@ -61,9 +61,9 @@ def increments_lines(case: WearCase) -> Iterator[str]:
     numbers += [f"FMAX = {case.largest_factor:.4g}"] if case.friction else []
     yield (
         "Increments: the mesh is moved explicitly, so that the pressure becomes a checkerboard unless DTIME <= 1.2 "
-        f"h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)} that is "
-        f"{case.step_limit:.4g} s, and {math.ceil(case.increments):,} increments in the {case.duration:.6g} s of the "
-        "test. PNEWDT keeps increments below it; set HEL to your mesh."
+        f"h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)}, the limit is "
+        f"{case.step_limit:.4g} s, or {math.ceil(case.increments):,} increments in the {case.duration:.6g} s of the "
+        "test. PNEWDT keeps increments below this limit; set HEL to the element size of your mesh."
     )
 
 
@@ -118,8 +118,8 @@ def run_lines(case: WearCase, first_wear: float) -> Iterator[str]:
     yield "  ./a.out < pressures.txt"
     yield (
         "This prints PNEWDT and the wear of each node in mm, one line per increment, under the pressure of the unworn "
-        f"contact: {in_mm(first_wear, 'm'):.6g} mm at the first node in the first increment. The disabled warning is "
-        "about unused arguments of UMESHMOTION, whose list is set by ABAQUS."
+        f"contact: {in_mm(first_wear, 'm'):.6g} mm at the first node in the first increment. The disabled warning "
+        "concerns unused arguments of UMESHMOTION, whose argument list is prescribed by ABAQUS."
     )
     yield (
         "If nothing wears, check that the surface is the slave surface and that its nodes are in the mesh domain: the "
@@ -127,8 +127,8 @@ def run_lines(case: WearCase, first_wear: float) -> Iterator[str]:
     )
     yield (
         "ABAQUS does not solve the contact again after moving the mesh. For twin discs, the wear was 11 % lower than "
-        "with a new solution, and the difference increased with wear. It disappears if the nodes of the mesh are moved "
-        "by the wear so far and the analysis continues in another step (Figs. 10 and 11 of the paper)."
+        "with a new solution, and the difference increased with wear. It disappears if the mesh nodes are moved by "
+        "the accumulated wear and the analysis is continued in another step (Figs. 10 and 11 of the paper)."
     )
     if case.motion.data:
         yield case.motion.data

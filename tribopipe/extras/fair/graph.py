@@ -34,7 +34,8 @@ class Graph:
             from rocrate.rocrate import ROCrate
         except ImportError:
             raise ArchiveError(
-                "found no package rocrate, which writes RO-Crates and .eln files; expected this package; run "
+                "found no package rocrate, which is required to write RO-Crates and .eln files; expected this "
+                "package; run "
                 '`pip install "tribopipe[fair]"`'
             ) from None
         self.folder = folder

@@ -79,7 +79,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
             f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
-            "expected consecutive files with the same columns, or channels over the same time base, with the same "
+            "expected consecutive files with the same columns, or channels with the same time base and the same "
             "number of rows; create one run per test, or first merge channels of one test on a common time base"
         )
     before, found = _times(first), _times(other)
@@ -89,7 +89,7 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if np.allclose(before[:seen], found[:seen], rtol=1e-9, atol=0, equal_nan=True):
         return
     raise ReaderError(
-        f"{other}: found times that differ from {first}; expected channels over the same time base; create one run "
+        f"{other}: found times that differ from {first}; expected channels with the same time base; create one run "
         "per test, or first merge the files on a common time base"
     )
 
@@ -130,7 +130,7 @@ def sheets_of(files: Sequence[Path], reader: str | None) -> list[str]:
     found = detect(source, holds="signals") if reader is None else chosen_reader(reader)
     if not isinstance(found, WorkbookReader | MatlabReader):
         raise ReaderError(
-            f"{source.name}: found a file of the format {found.name}; expected a workbook or a MAT-file, since "
+            f"{source.name}: found a file in the format {found.name}; expected a workbook or a MAT-file, since "
             "--each-sheet applies to sheets and structs; remove --each-sheet"
         )
     return found.sheets(source, Hints())

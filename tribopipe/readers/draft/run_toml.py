@@ -141,8 +141,8 @@ def depth_left_open(export: Export, told: Mapping[str, Any]) -> str | None:
     if not found:
         return None
     return (
-        f"{export.name}: no column is known to be the depth; if {' or '.join(found)} is, map it to depth under "
-        "[signals.columns]"
+        f"{export.name}: no column was identified as the depth signal; if {' or '.join(found)} is the depth, map it to "
+        "depth under [signals.columns]"
     )
 
 
