@@ -181,9 +181,7 @@ def test_the_signed_channel_is_the_friction_force_of_a_reciprocating_test():
     table = UmtReader().read(SourceFile("a.txt", umt(TRUTH)), Hints())
     meant = {one.signal: one.name for one in table.columns if one.signal}
     assert meant["friction_force"] == "Fx"
-    assert (
-        "Fx changes its sign with each stroke and is the friction force; Ff has no sign and is not used" in table.notes
-    )
+    assert "Fx changes sign with each stroke and is the friction force; Ff is unsigned and is not used" in table.notes
 
 
 def test_the_middle_of_the_strokes_is_the_friction_coefficient(tmp_path):

@@ -232,7 +232,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     worn = pin_on_disc_wear(run_of(manifest), DEFAULTS)
     assert worn.bodies["disc"][0].depth is None
     assert worn.bodies["disc"][0].volume is None
-    assert any("disc_track_width is not larger than the scar on the pin" in note for note in worn.notes)
+    assert any("disc_track_width does not exceed the scar on the pin" in note for note in worn.notes)
     assert end_wear(run_of(manifest), DEFAULTS).anchor == "pin_scar_diameter"
 
 
@@ -240,7 +240,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
     ("shape", "end", "conditions", "note"),
     [
         ("spherical", {"disc_wear_depth": "2 um"}, {}, "track_radius or stroke is missing"),
-        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "does not give the wear volume of the disc"),
+        ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "wear volume of the disc cannot be determined"),
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth and pin"),

@@ -110,7 +110,7 @@ def test_the_economy_needs_finite_elements(run_cli):
     refused = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "economy")
     assert refused.exit_code == 1
     assert (
-        "found --scheme economy with a contact solver other than finite elements; expected both together; add "
+        "found --scheme economy with a contact solver other than finite elements; expected finite elements; add "
         "--engine fe" in refused.stderr
     )
 

@@ -50,7 +50,7 @@ def test_depth_of_a_pin_stands_beside_the_giwm_and_their_difference():
     assert shares[0] > 40
     assert 0 < shares[-1] < 0.1
     labels_of_axes = [ax.get_ylabel() for ax in figure.axes]
-    assert labels_of_axes == ["wear depth / µm", "pressure p / MPa", "radius a of the contact / µm", "local − GIWM / %"]
+    assert labels_of_axes == ["wear depth / µm", "pressure p / MPa", "contact radius a / µm", "local − GIWM / %"]
     assert {ax.get_xscale() for ax in figure.axes} == {"log"}
 
 

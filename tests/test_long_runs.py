@@ -299,7 +299,7 @@ def recorded(run: RawRun, name: str) -> np.ndarray:
 def test_a_long_run_is_kept_as_recorded_beside_its_means(short_runs, tmp_path, monkeypatch):
     archive = Archive(tmp_path / "archive")
     ingest(short_runs / RUN, archive)
-    assert any("1,251 samples, more than can be" in finding.message for finding in archive.findings(RUN))
+    assert any("1,251 samples, more than the memory limit" in finding.message for finding in archive.findings(RUN))
     run = archive.raw(RUN)
     assert "252 means of 1,251 samples of time" in str(run)
     assert [run.numbered(0), run.numbered(1), run.numbered(251)] == ["sample 1", "samples 2 to 6", "sample 1251"]

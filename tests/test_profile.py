@@ -262,7 +262,7 @@ def test_profile_without_a_file_or_unit_is_refused(tmp_path):
         read(tmp_path, manifest_with(end={"curved_disc_profile": SOURCE}))
     (tmp_path / "flat.csv").write_text(rows(X, X), encoding="utf-8")
     bare = {"file": "flat.csv", "position": "x", "height": "z"}
-    with pytest.raises(ReaderError, match="found no unit; expected one for position"):
+    with pytest.raises(ReaderError, match="found no unit; expected a unit for position"):
         read(tmp_path, manifest_with(end={"flat_disc_profile": bare}))
 
 

@@ -107,7 +107,7 @@ def test_map_gives_a_profile_for_each_scan_line():
 
 @pytest.mark.slow
 def test_units_that_a_file_does_not_say_have_to_be_said():
-    with pytest.raises(ReaderError, match=r"xy-4\.txt, column 'x': found no unit; expected one for position"):
+    with pytest.raises(ReaderError, match=r"xy-4\.txt, column 'x': found no unit; expected a unit for position"):
         profiles(f"{EXAMPLES}/xy-4.txt")
     _, (profile,), _ = profiles(f"{EXAMPLES}/xy-4.txt", "mm", "um")
     assert profile.position[-1] == pytest.approx(0.995613e-3)

@@ -201,7 +201,7 @@ class RunFiles:
             return result
         raise ArchiveError(
             f"{self.path(run_id)}: found {type(result).__name__} as the result of {step_in_words(name)}; expected "
-            f"{record.__name__}; specify a run on another tribometer"
+            f"{record.__name__}; specify a run from another type of tribometer"
         )
 
     def needed_result(self, run_id: str, name: StepName, record: type[R]) -> R:

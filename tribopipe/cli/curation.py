@@ -57,7 +57,7 @@ def tag(
 ) -> None:
     """Tag runs, or show their tags.
 
-    `tribopipe ls --where tag=NAME` finds them.
+    `tribopipe ls --where tag=NAME` lists the tagged runs.
 
     Each change is kept in the run's file with author and date.
     """
@@ -188,7 +188,7 @@ def restore(
 ) -> None:
     """Restore removed runs.
 
-    If several runs were removed under the same ID, the last one is restored.
+    If several runs with the same ID were removed, the last of them is restored.
     """
     from tribopipe.archive import removal
 

@@ -72,9 +72,9 @@ def export_dataset(
 ) -> None:
     """Pack runs and studies for a repository or a lab notebook.
 
-    `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`, and so is --eln. It
-    contains the archive files byte for byte, the instrument files, all data as CSV and JSON, reports, a codebook, and
-    machine-readable metadata. Use `tribopipe import` to reimport it.
+    `tribopipe export --ro-crate OUT` is short for `tribopipe export dataset --ro-crate OUT`; the same applies to
+    --eln. The data set contains the archive files byte for byte, the instrument files, all data as CSV and JSON,
+    reports, a codebook, and machine-readable metadata. Use `tribopipe import` to reimport it.
     """
     from tribopipe.extras.fair.export import choose, export_crate
     from tribopipe.pipeline.output_paths import require_free

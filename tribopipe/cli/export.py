@@ -141,8 +141,8 @@ def export_runs(
         bool,
         typer.Option(
             "--decimal-comma",
-            help="Write 0,5 instead of 0.5, in LaTeX, or in CSV with semicolons as separators, as Excel expects in "
-            "most European languages.",
+            help="Write 0,5 instead of 0.5 in LaTeX and CSV files; CSV columns are then separated by semicolons, as "
+            "Excel expects in most European locales.",
         ),
     ] = False,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
@@ -150,9 +150,8 @@ def export_runs(
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
-    Numbers are in the unit of the heading, with their standard uncertainties u. CSV files and workbooks have all
-    columns, with u in separate
-    columns; LaTeX and Markdown have the columns that ls shows.
+    Numbers are in the unit given in the heading, with their standard uncertainties u. CSV files and workbooks contain
+    all columns, with u in separate columns; LaTeX and Markdown files contain the columns that ls shows.
     """
     from tribopipe.archive.catalog.listing import columns_named
     from tribopipe.base.files import write_file

@@ -26,7 +26,7 @@ def show_help(
         list[str] | None,
         typer.Argument(
             help=(
-                "Page, command, key or code from an error or a finding, or a question in plain words; default: "
+                "Name of a page, command or key, code of an error or finding, or a question in plain words; default: "
                 "list of pages."
             ),
             metavar="TOPIC",
@@ -79,7 +79,7 @@ def _list_pages() -> None:
 
     rows = [[name, title(name)] for name in pages()]
     table("Pages, opened by `tribopipe help PAGE`", ["page", "about"], rows)
-    print_result("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of one.")
+    print_result("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of a command.")
 
 
 def _text_of(topic: str, context: typer.Context) -> str | None:

@@ -95,7 +95,7 @@ def live(
             tell(update)
             if figure is not None and session.grew:
                 _draw(session, update, figure)
-    say(f"`tribopipe process {run}` evaluates the run; add any post-test measurement to run.toml first")
+    say(f"add any post-test measurement to run.toml, then evaluate the run with `tribopipe process {run}`")
     if session.alarmed:
         raise typer.Exit(FAILED)
 

@@ -73,7 +73,7 @@ def local_wear(
     ] = None,
     engine: Annotated[
         Engine | None,
-        typer.Option(help="Contact solver; by default rings for a pin and a half-space for discs."),
+        typer.Option(help="Contact solver; default: rings for a pin, half-space for discs."),
     ] = None,
     scheme: Annotated[
         Course,

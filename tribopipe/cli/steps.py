@@ -46,7 +46,7 @@ def correct_drift(
 ) -> None:
     """Correct the depth signal of archived runs for drift.
 
-    The correction is anchored on the post-test measurement.
+    The correction is anchored to the post-test measurement.
     """
     who = crew(jobs, scheduler)
     store, how = load_archive(seen_by(who, archive)), load_recipe(recipe)

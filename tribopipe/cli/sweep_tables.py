@@ -137,7 +137,7 @@ def _scatter_cells(one: "Scatter") -> dict[str, str]:
 
 def _coverage_cells(one: "Coverage") -> dict[str, str]:
     return {
-        "k_D found": f"{one.fitted} of {one.held.of}",
+        "fitted": f"{one.fitted} of {one.held.of}",
         "intervals containing the true k_D": str(one.held),
         **({} if one.limit is None else {f"within {100 * one.limit:g} %": str(one.within)}),
         "bias": _percent(one.bias),

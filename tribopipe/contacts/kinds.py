@@ -45,8 +45,8 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
         return PinWear(contact, terms.engine)
     if terms.path is None:
         raise ContactError(
-            "conditions: found neither track_radius nor stroke; expected one of the two, which gives the length of "
-            f"the wear track on the {counterbody}; "
+            "conditions: found neither track_radius nor stroke; expected one of the two, to determine the length of "
+            "the wear track on the {counterbody}; "
             'add track_radius = "5 mm" or the like to run.toml'
         )
     return PinAndTrackWear(contact, terms.path, terms.engine, terms.there_and_back)

@@ -86,8 +86,8 @@ class FourBall(SlidingBall):
     def limits(self) -> tuple[str, ...]:
         """State which load and which ball are taken."""
         return (
-            f"each of the three contacts carries {self.load_share:.3f} of the applied load; wear is that of one lower "
-            f"ball, treated as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
+            f"each of the three contacts carries {self.load_share:.3f} of the applied load; the wear is that of one "
+            f"lower ball, treated as a ball of {self.equivalent_pin.radius.shown('mm')} radius on a flat",
         )
 
     def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:

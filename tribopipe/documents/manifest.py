@@ -378,7 +378,7 @@ class EndValues(Record):
             if f"{disc}_mass_loss" in found and len(found) > 1:
                 raise ValueError(
                     f"{disc}_mass_loss: found a mass loss in addition to {found[0]}; expected only one of the two, "
-                    "since each gives the wear volume; remove the other"
+                    "since either determines the wear volume; remove the other"
                 )
         return self
 

@@ -172,7 +172,7 @@ class Series(AnySeries):
             if run.disc_wear_coefficient is not None and path is None:
                 raise ValueError(
                     f"runs[{number}].disc_wear_coefficient: found a wear coefficient, but neither track_radius nor "
-                    "stroke in the series; expected one of the two, which gives the length of the wear track on the "
+                    "stroke in the series; expected one of the two, to determine the length of the wear track on the "
                     f"{self.contact.counterbody_name()}; add "
                     'track_radius = "5 mm" or the like to the series'
                 )

@@ -15,7 +15,7 @@ TurnedSignal = Literal["depth", "normal_force", "friction_force", "friction_coef
 _Written = WithJsonSchema(
     {
         "anyOf": [{"type": "string"}, {"type": "number"}, {"type": "object"}, {"type": "null"}],
-        "description": 'Quantity of the kind of the signal, with its unit: "80 degC", "-5 N"; a number for a ratio.',
+        "description": 'Value of the signal with its unit, such as "80 degC" or "-5 N"; a plain number for a ratio.',
     }
 )
 

@@ -82,7 +82,8 @@ def check_bodies(study_id: str, fit: Sequence[RunManifest], predict: Sequence[Ru
             if one != another and (everything or what in _pair(first.described, first)):
                 raise FitError(
                     f"{study_id}: found {what} {another} in {other.id} and {one} in {first.id}; expected the same "
-                    "materials and environment for one k_D; remove one of the two runs from the study"
+                    "materials and environment in all runs with a common k_D; remove one of the two runs from the "
+                    "study"
                 )
 
 

@@ -44,7 +44,7 @@ def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest)
     if not have_time and not have_distance:
         raise ReaderError(
             "found neither time nor sliding_distance among the signals; expected at least one; map one under "
-            "[signals.columns] in run.toml; map a count of cycles to rotations, and state track_radius, stroke or the "
+            "[signals.columns] in run.toml, or map a cycle count to rotations and state track_radius, stroke or the "
             "radius of the ring"
         )
     if not have_distance:

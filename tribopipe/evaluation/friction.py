@@ -385,8 +385,8 @@ def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
     length = float(distance[-1] - distance[0])
     if fit.running_in > length:
         notes.append(
-            f"running-in of {fit.running_in:.4g} m is longer than the {length:.4g} m fitted: the steady state "
-            "is an extrapolation"
+            f"the running-in distance of {fit.running_in:.4g} m exceeds the fitted length of {length:.4g} m: the "
+            "steady state is an extrapolation"
         )
     if fit.parameters[0] < 0:
         notes.append("friction increases from the start")

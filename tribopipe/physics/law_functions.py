@@ -116,8 +116,8 @@ def _parameter(title: str, one: inspect.Parameter) -> tuple[LawParameter, float]
     start, said = one.default, one.annotation
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise FitError(
-            f"{title}: found the argument {one.name!r} without a default; expected one as the starting value of the "
-            f"fit; write {one.name}=1.0"
+            f"{title}: found the argument {one.name!r} without a default; expected a default, used as the starting "
+            f"value of the fit; write {one.name}=1.0"
         )
     if isinstance(said, LawParameter):
         return said, float(start)

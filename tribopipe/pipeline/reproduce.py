@@ -52,7 +52,7 @@ def _write(source: SourceFile, folder: Path, run_id: str) -> None:
     path = folder / source.name
     if leads_out(path, folder):
         raise ArchiveError(
-            f"{run_id}: found a source file called {source.name!r}; expected one inside the run folder; restore the "
+            f"{run_id}: found a source file called {source.name!r}; expected a file inside the run folder; restore the "
             "run from a backup"
         )
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -89,7 +89,7 @@ def _another(step: Step, others: Sequence[PlannedStep]) -> str:
         return f"a wear coefficient of {step.options.get('reference')}; expected this coefficient in the archive"
     changed = [name for name, sha256 in step.stands_on.items() if others[0].stands_on.get(name) != sha256]
     another = " and ".join(map(step_in_words, changed)) if changed else "inputs"
-    return f"{another} that the archive no longer contains; expected those in the archive"
+    return f"{another} that the archive no longer contains; expected them in the archive"
 
 
 def _plans(archive: Archive, run_id: str, step: Step) -> Iterator[PlannedStep]:

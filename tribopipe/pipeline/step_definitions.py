@@ -279,8 +279,8 @@ def _engine_notes(fit: Record | None, worn: LocalWearResult) -> Iterator[str]:
     apart = worn.points[-1].difference
     if isinstance(fit, WearFit) and fit.engine == "giwm" and apart is not None and abs(apart) > _APART:
         yield (
-            f"k_D was identified with the GIWM, whose wear depth here differs from that of local wear by "
-            f"{100 * abs(apart):.1f} %; `tribopipe fit --engine local` identifies k_D with local wear"
+            f"k_D was identified with the GIWM, whose wear depth differs here from that of the local-wear model by "
+            f"{100 * abs(apart):.1f} %; to identify k_D with local wear, run `tribopipe fit --engine local`"
         )
 
 

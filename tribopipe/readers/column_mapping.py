@@ -111,7 +111,7 @@ def column_in_si(
     unit = unit_of(column, source)
     if unit is None and needs_unit(kind):
         raise ReaderError(
-            f"{file}, column {column.name!r}: found no unit; expected one for {meaning}; add it in run.toml: "
+            f"{file}, column {column.name!r}: found no unit; expected a unit for {meaning}; add it in run.toml: "
             f"{meaning} = {{ column = {column.name!r}, unit = … }}"
         )
     if is_a_weight(column, source, kind):

@@ -162,7 +162,7 @@ def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
             names[wanted] += 1
             unique = f"{wanted} ({names[wanted]})"
         if unique != wanted:
-            notes.append(f"column {number} is called {unique!r}, since another column is already called {wanted!r}")
+            notes.append(f"column {number} is renamed {unique!r}, since another column is already called {wanted!r}")
         names[unique] = 1
     return list(names), notes
 

@@ -244,7 +244,7 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(
             f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where}, and {count} "
-            "such readings in total; expected only readings within the calibration; extend the calibration, "
+            "such readings in total; expected only readings within the calibrated range; extend the calibration, "
             'or write outside = "missing" in the profile'
         )
     note = f"{column.name!r} is in {calibration.unit} with the calibration {name!r}"

@@ -218,7 +218,9 @@ class WearFit(FitRecord):
         if not self.bodies:
             raise FitError(f"{self}; expected a run with these inputs; add them to run.toml, and ingest the run again")
         names = ", ".join(f"fit.bodies[{name!r}].wear_coefficient" for name in self.bodies)
-        raise FitError(f"{self.model}: found k_D of {len(self.bodies)} bodies; expected only one body; use {names}")
+        raise FitError(
+            f"{self.model}: found k_D of {len(self.bodies)} bodies; expected k_D of a single body; use {names}"
+        )
 
     @property
     def params(self) -> dict[str, Quantity]:

@@ -341,7 +341,7 @@ def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder
                 curves.append(Curve(name, role, x, columns[column], unit, run, path=path, series=min(number, 3)))
         panels.append(Panel(label, unit, tuple(curves)))
     if np.array_equal(columns["half_length"], columns["half_width"]):
-        panels[2:] = [replace(panels[2], quantity="radius a of the contact")]
+        panels[2:] = [replace(panels[2], quantity="contact radius a")]
     local, giwm = columns["depth"], columns["giwm_depth"]
     share = local / np.where(giwm > 0, giwm, np.nan) - 1
     percent = Unit("1", "%")

@@ -323,9 +323,9 @@ def _curve() -> GroupPart:
         ),
         FieldPart("measured", "Measured wear.", "NX_FLOAT", worn),
         FieldPart("predicted", "Wear calculated with the law.", "NX_FLOAT", worn, required=True),
-        FieldPart("lower", "Lower end of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
-        FieldPart("upper", "Upper end of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
-        FieldPart("measurement_lower", "Lower end of the 95 % interval of measurements.", "NX_FLOAT", worn),
-        FieldPart("measurement_upper", "Upper end of the 95 % interval of measurements.", "NX_FLOAT", worn),
+        FieldPart("lower", "Lower limit of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
+        FieldPart("upper", "Upper limit of the 95 % interval of predicted.", "NX_FLOAT", worn, required=True),
+        FieldPart("measurement_lower", "Lower limit of the 95 % interval of measurements.", "NX_FLOAT", worn),
+        FieldPart("measurement_upper", "Upper limit of the 95 % interval of measurements.", "NX_FLOAT", worn),
     )
     return GroupPart("", "NXdata", "One body of a run under one law.", members)

@@ -138,7 +138,7 @@ def drawn_against(axis: str) -> LinkPart:
 def _in_words(name: str) -> str:
     for end in ("lower", "upper"):
         if name.endswith(f"_{end}"):
-            return f"{end.capitalize()} end of the 95 % interval of {name.removesuffix(f'_{end}')}."
+            return f"{end.capitalize()} limit of the 95 % interval of {name.removesuffix(f'_{end}')}."
     return f"{name.replace('_', ' ').capitalize()}."
 
 

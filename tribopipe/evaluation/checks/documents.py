@@ -202,7 +202,7 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if "depth" not in run.columns:
         yield Trouble(
             "signals",
-            "found no depth signal; expected one, from which the wear coefficient is determined",
+            "found no depth signal; expected one to determine the wear coefficient",
             "map its column if it was recorded",
         )
 
@@ -221,8 +221,8 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     elif not any(name.startswith("flat_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear measurement of the cylindrical disc; expected one; without it the disc is assumed to be "
-            "unworn, as in the one-sided model",
+            "found no wear measurement of the cylindrical disc; expected its depth, track width, volume or profile; "
+            "otherwise, the disc is assumed to be unworn, as in the one-sided model",
             "add its depth, track width, volume or profile if it wore",
         )
 

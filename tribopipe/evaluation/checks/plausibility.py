@@ -613,7 +613,7 @@ def _longer_than_wide(end: EndValues) -> Iterator[Trouble]:
                 f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width no "
                 "smaller than the length, since a groove makes the scar wider than it is long",
                 "check that the length is measured along the sliding direction and the width across it, and that "
-                "neither is only half of the dimension",
+                "neither value is a half-length or half-width",
             )
 
 

@@ -190,8 +190,8 @@ def distance_unknown(run: RawRun) -> Iterator[Trouble]:
     if run.origins["sliding_distance"] == "unknown":
         yield Trouble(
             "conditions",
-            "found neither a sliding distance nor a speed; expected one of them, from which wear rates and friction "
-            "against distance are calculated",
+            "found neither a sliding distance nor a speed; expected one of them, to calculate wear rates and "
+            "friction against distance",
             "add sliding_speed, or track_radius and rotational_speed, or stroke and frequency",
         )
 
@@ -202,7 +202,7 @@ def samples_averaged(run: RawRun) -> Iterator[Trouble]:
     if run.recording is not None:
         yield Trouble(
             "signals",
-            f"found {run.recording.rows:,} samples, more than can be evaluated individually; expected fewer",
+            f"found {run.recording.rows:,} samples, more than the memory limit allows; expected a shorter recording",
             f"averages of {run.recording.samples} samples each are evaluated instead; all recorded samples are kept "
             "under /entry/recorded",
         )
@@ -244,7 +244,7 @@ def load_unit(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         yield Trouble(
             "conditions.normal_load",
             f"found a nominal load of {force(nominal)} and a measured load with a median of "
-            f"{_shown('normal_force', np.median(_load_where_it_is_on(run, cleaned.run)))}; expected the same load",
+            f"{_shown('normal_force', np.median(_load_where_it_is_on(run, cleaned.run)))}; expected agreement",
             "correct normal_load or the unit of the column; remove the signal from run.toml if it is not the load",
         )
 
@@ -305,7 +305,7 @@ def missing_samples(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {missing} of {len(values)} samples missing, the first at "
-                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected all",
+                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected a value for each",
                 "fits exclude them",
             )
 

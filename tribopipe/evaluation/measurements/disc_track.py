@@ -181,13 +181,13 @@ def disc_notes(
         yield (
             "track_radius or stroke is missing, so the wear volume of the disc is not calculated"
             if lacking
-            else "the depth or width of the wear track alone does not give the wear volume of the disc"
+            else "the wear volume of the disc cannot be determined from the depth or width of the wear track alone"
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair, pin_depth)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
-            yield f"{way.name} is not larger than the scar on the pin: it does not give the depth of the wear track"
+            yield f"{way.name} does not exceed the scar on the pin: it does not determine the depth of the wear track"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
             f"the wear track was measured at {len(end.disc_profile)} of the {FEWEST_PLACES} recommended positions: its "

@@ -80,7 +80,7 @@ def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
         return ()
     giwm, local = (k.shown(WEAR_COEFFICIENT) for k in (compared.giwm, compared.local))
     return (
-        f"k_D is {local} with local contact pressure and {giwm} with the GIWM, which differ by more than their "
+        f"k_D is {local} with local contact pressure and {giwm} with the GIWM; the two differ by more than their "
         "standard uncertainty; use the local value: the GIWM assumes uniform pressure, while the pressure at the "
         "center is 1.5 times the mean at the start, and wear is still small compared with the elastic approach",
     )

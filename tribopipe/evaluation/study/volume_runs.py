@@ -135,8 +135,8 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
         lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
         raise FitError(
-            f"{member.id}: found a run without {' and '.join(lacking)}; expected these data for this wear law; remove "
-            "the run from the study"
+            f"{member.id}: found a run without {' and '.join(lacking)}; expected these data, which the wear law "
+            "requires; remove the run from the study"
         )
     inputs = dict(fit.inputs)
     for body in fit.bodies:

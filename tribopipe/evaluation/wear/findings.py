@@ -214,8 +214,8 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
         yield _finding(
             "depth_steps",
             f"found a step in the depth signal at {where}; the fit uses a new zero offset after the step",
-            "check for a knock or a slipped sensor; if the specimens were removed, write "
-            "[[interruptions]] with remounted = true",
+            "check for a shock or a displaced sensor; if the specimens were removed, add [[interruptions]] with "
+            "remounted = true",
         )
     if record.spikes:
         yield Finding(
@@ -351,7 +351,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
             "check whether the motor stopped or the contact was lost, and delete the rows after this distance if so; "
             "otherwise, check whether the sensor reached the end of its range",
         )
-    changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.3g} times that before"
+    changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.3g} times the earlier value"
     if problem.measured_after:
         mean, remedy = "the reported k_D is the mean over the test", "split the test there"
     else:

@@ -231,8 +231,8 @@ def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
         return wear(surface, amounts, scheme=how.scheme, steps_per_decade=how.steps_per_decade, refresh_every=every)
     if not isinstance(surface, Elastic):
         raise FitError(
-            "local wear: found --scheme economy with a contact solver other than finite elements; expected both "
-            "together; add --engine fe"
+            "local wear: found --scheme economy with a contact solver other than finite elements; expected finite "
+            "elements; add --engine fe"
         )
     unworn = surface.press(np.zeros_like(surface.gap))
     return wear_economically(

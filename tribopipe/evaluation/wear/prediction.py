@@ -227,7 +227,7 @@ def _load_notes(scenario: Scenario, known: Quantity | None) -> Iterator[str]:
     if not 1 / _FAR_LOAD <= ratio <= _FAR_LOAD:
         yield (
             f"extrapolation: the load is {ratio:.2g} times that of the test from which k_D was determined; the "
-            "uncertainty does not include a change of the wear mechanism"
+            "uncertainty does not account for a change in wear mechanism"
         )
 
 

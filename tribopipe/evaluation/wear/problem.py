@@ -425,8 +425,8 @@ def wear_problem(
         return corrected.correction.missing
     if measured is None and end.disc is not None and not _shows(end.pin_depth, end.disc.quantity):
         return (
-            "a post-test measurement of the pin, since the depth signal minus the wear depth of the disc, "
-            f"{end.disc.quantity.shown('um')}, leaves only {end.pin_depth.shown('um')}",
+            "a post-test measurement of the pin, since subtracting the wear depth of the disc, "
+            f"{end.disc.quantity.shown('um')}, from the depth signal leaves only {end.pin_depth.shown('um')}",
         )
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:

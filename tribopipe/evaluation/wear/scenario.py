@@ -89,7 +89,7 @@ def given_wear(contact: Contact, coefficients: Mapping[str, Quantity], recipe: R
     both, engine = any(name not in contact.fitted_bodies for name in stated), recipe.wear.engine
     if both and engine == "giwm":
         raise FitError(
-            f"wear coefficients: found those of the {' and '.join(map(spoken, stated))} with --engine giwm, which "
+            f"wear coefficients: found values for the {' and '.join(map(spoken, stated))} with --engine giwm, which "
             "computes only the wear of the pin; expected --engine volume or local, or k_D of the pin alone"
         )
     if both:

@@ -171,10 +171,10 @@ class Rolling(Sliding):
     )
     arguments: ClassVar[str] = " cpus=1"
     data: ClassVar[str] = (
-        "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length "
-        "dl in mm that the node represents along the rolling direction: half the distance between its "
-        "neighbors, twice that where a plane of symmetry mirrors it. Nodes that are not on a streamline do not wear. "
-        "The file in the folder harness is an example."
+        "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length dl "
+        "in mm that the node represents along the rolling direction: half the distance between its neighbors, or "
+        "twice that for a node with a mirror image across a plane of symmetry. Nodes that are not on a streamline do "
+        "not wear. The file in the folder harness is an example."
     )
 
     @property
@@ -224,7 +224,7 @@ def motion_of(contact: Contact, start: UnwornContact, speed: float) -> Sliding:
 _FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: Rolling}
 
 
-_MEASURED = "k_D was identified with friction as measured; the subroutine uses the fit of Eq. 7."
+_MEASURED = "k_D was identified with the measured friction; the subroutine uses the fit of Eq. 7."
 _OTHER_WEARS = "in the test the {} wore as well; the subroutine includes only the wear of the {}."
 _PRESSURES = {
     "giwm": "uniform contact pressure (the Global Incremental Wear Model)",
@@ -258,7 +258,7 @@ def fitted_wear(run_id: str, fit: WearFit) -> KnownWear:
     if fit.first is None:
         missing = " and ".join(fit.missing)
         raise FitError(
-            f"{run_id}: found no k_D (missing: {missing}); expected a fitted one; specify it with --wear-coefficient"
+            f"{run_id}: found no k_D (missing: {missing}); expected a fitted value; specify it with --wear-coefficient"
         )
     first, *others = fit.bodies
     worn = (name for name in others if fit.bodies[name].wear_coefficient.value > 0)

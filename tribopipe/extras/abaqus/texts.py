@@ -60,8 +60,8 @@ def increments_lines(case: WearCase) -> Iterator[str]:
     numbers += case.motion.numbers
     numbers += [f"FMAX = {case.largest_factor:.4g}"] if case.friction else []
     yield (
-        "Increments: the mesh is moved explicitly, so that the pressure becomes a checkerboard unless DTIME <= 1.2 "
-        f"h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)}, the limit is "
+        "Increments: the mesh is moved explicitly, so that the pressure develops a checkerboard pattern unless DTIME "
+        f"<= 1.2 h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)}, the limit is "
         f"{case.step_limit:.4g} s, or {math.ceil(case.increments):,} increments in the {case.duration:.6g} s of the "
         "test. PNEWDT keeps increments below this limit; set HEL to the element size of your mesh."
     )
@@ -106,7 +106,7 @@ def files_lines() -> Iterator[str]:
     """List the files."""
     yield f"{SUBROUTINE}: the subroutine; on Windows, rename it to umeshmotion.for."
     yield f"{STEP}: the step to include in the input file."
-    yield "harness: runs the subroutine without ABAQUS; never copy its ABA_PARAM.INC to the folder of a job."
+    yield "harness: runs the subroutine without ABAQUS; never copy its ABA_PARAM.INC to a job folder."
 
 
 def run_lines(case: WearCase, first_wear: float) -> Iterator[str]:

@@ -48,8 +48,8 @@ def choose(archive: Archive, ids: Sequence[str]) -> Chosen:
     unknown = next((one for one in ids if one not in runs and one not in studies), None)
     if unknown is not None:
         raise ArchiveError(
-            f"{archive.folder}: found neither a run nor a study {unknown!r}; expected one in the archive; "
-            f"{did_you_mean(unknown, [*runs, *studies])}"
+            f"{archive.folder}: found neither a run nor a study {unknown!r}; expected the ID of an archived run or "
+            f"study; {did_you_mean(unknown, [*runs, *studies])}"
         )
     taken = [one for one in studies if not ids or one in ids]
     wanted = set(ids or runs)

@@ -95,8 +95,8 @@ TERMS: Mapping[str, str] = {name: f"{_TRIBODATAFAIR}{found}" for name, found in 
 
 
 _ENDS: Mapping[str, str] = {
-    "_lower": "lower end of the 95 % band of",
-    "_upper": "upper end of the 95 % band of",
+    "_lower": "lower limit of the 95 % band of",
+    "_upper": "upper limit of the 95 % band of",
     "_errors": "standard uncertainty of",
 }
 _MEANINGS: Mapping[str, str] = {
@@ -114,8 +114,8 @@ _MEANINGS: Mapping[str, str] = {
     "pressure": "contact pressure",
     "measured": "measured wear",
     "predicted": "wear from the law",
-    "lower": "lower end of the 95 % band of the prediction",
-    "upper": "upper end of the 95 % band of the prediction",
+    "lower": "lower limit of the 95 % band of the prediction",
+    "upper": "upper limit of the 95 % band of the prediction",
     "measurement": "name of the post-test measurement",
     "position": "position across the worn surface",
     "height": "height, positive outward from the body",

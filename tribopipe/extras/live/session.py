@@ -94,7 +94,7 @@ class Session:
         """Take in samples."""
         if "depth" not in appended.columns:
             raise FitError(
-                f"{self.asked.run.id}: found no depth signal; expected one, from which the wear is determined; map "
+                f"{self.asked.run.id}: found no depth signal; expected one, to determine the wear; map "
                 "its column in run.toml"
             )
         if appended.anew:

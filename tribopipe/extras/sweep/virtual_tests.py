@@ -123,7 +123,7 @@ def _subjects(path: Path, asked: VirtualTests, recipe: Recipe, where: str) -> di
     unknown = next((run_id for run_id in asked.runs if run_id not in there), None)
     if unknown is not None:
         raise ManifestError(
-            f"{where}: virtual_tests.runs: found {unknown!r}, which {path} does not plan; "
+            f"{where}: virtual_tests.runs: found {unknown!r}, which is not a run of {path}; "
             f"{did_you_mean(unknown, there)}"
         )
     return {run_id: there[run_id] for run_id in asked.runs or there}

@@ -200,7 +200,7 @@ def _field_faults(path: str, member: Field, declared: FieldPart) -> Iterator[Fau
         found = "no units" if _unit(member) is None else f"the units {_unit(member)!r}"
         yield Fault(path, f"found {found}; expected {' or '.join(declared.units)}")
     for wrong in {"signal", "axis"} & member.attributes.keys():
-        yield Fault(path, f"found the attribute {wrong!r} on a field; expected it on its group")
+        yield Fault(path, f"found the attribute {wrong!r} on a field; expected it on the group of the field")
 
 
 def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
@@ -213,7 +213,7 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
             yield Fault(
                 f"{path}/{name}",
-                "found a standard uncertainty without a value in the same unit; expected both in one unit",
+                "found a standard uncertainty without a value in the same unit; expected both in the same unit",
             )
 
 

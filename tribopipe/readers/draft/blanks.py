@@ -60,7 +60,7 @@ _DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "wear d
 _WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the wear track")
 _VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "wear volume")
 _MASS = Blank('{ value = "1.2 mg", standard_uncertainty = "0.1 mg" }', "mass loss; requires the density")
-_PROFILE = Blank('{ file = "profile.txt" }', "file with a profile, in this folder, or several: [{ … }, { … }]")
+_PROFILE = Blank('{ file = "profile.txt" }', "profile file in this folder; for several: [{ … }, { … }]")
 
 BLANKS: dict[str, Blank] = {
     "started": Blank("2006-03-01T09:30:00+01:00", "start of the test"),
@@ -74,12 +74,10 @@ BLANKS: dict[str, Blank] = {
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
     "conditions.track_radius": Blank('"6 mm"', "radius of the wear track"),
     "conditions.rotational_speed": Blank(
-        '"328 rpm"', "rotational speed of the disc; with track_radius, instead of sliding_speed"
+        '"328 rpm"', "rotational speed of the disc; with track_radius, replaces sliding_speed"
     ),
     "conditions.stroke": Blank('"10 mm"', "stroke length of a reciprocating test"),
-    "conditions.frequency": Blank(
-        '"5 Hz"', "frequency in full cycles per second; with stroke, instead of sliding_speed"
-    ),
+    "conditions.frequency": Blank('"5 Hz"', "frequency in full cycles per second; with stroke, replaces sliding_speed"),
     "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
     "conditions.curved_disc_speed": Blank('"800 mm/s"', "surface speed of the crowned disc"),
     "conditions.flat_disc_speed": Blank('"832 mm/s"', "surface speed of the cylindrical disc; or specify slip"),

@@ -252,7 +252,7 @@ def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tupl
             "it is not used as time, since there may be gaps between packets, or channels may differ; if it is time, "
             "map time to it in run.toml"
         )
-        return columns, [f"X_Value is computed as X0 + n Delta_X, though {note}"]
+        return columns, [f"X_Value is computed as X0 + n Delta_X, but {note}"]
     columns, notes = _with_time(columns, headings)
     return columns, ["X_Value is not in the file and is computed as X0 + n Delta_X", *notes]
 

@@ -50,7 +50,7 @@ class PointsReader:
     """Bare columns of positions and heights."""
 
     name = "points"
-    title = "Profile or map as bare columns: x z, or x y z"
+    title = "Profile or map as unnamed columns: x z, or x y z"
     holds: Holds = "profile"
 
     def match(self, source: SourceFile) -> Match:
@@ -205,12 +205,12 @@ def _by_positions(found: _Points, text: Text) -> Match:
     if found.width == 2:
         if _goes_one_way(positions[0]):
             return Match(0.6, "two bare columns, apparently positions and heights")
-        return Match(0.2, "two bare columns, the first of which is not monotonic, unlike a position")
+        return Match(0.2, "two unnamed columns, the first of which is not monotonic, unlike a position")
     for along, across in (positions, positions[::-1]):
         lines = np.split(along, np.flatnonzero(np.diff(across) != 0) + 1)
         if 1 < len(lines) <= len(along) // 2 and all(map(_goes_one_way, lines[:-1])):
-            return Match(0.6, f"three bare columns, points of a map with {len(lines[0])} in the first scan line")
-    return Match(0.2, "three bare columns, without the end of a scan line in the first rows")
+            return Match(0.6, f"three unnamed columns, points of a map with {len(lines[0])} in the first scan line")
+    return Match(0.2, "three unnamed columns, without the end of a scan line in the first rows")
 
 
 def _positions(table: Table, text: Text) -> list[Column]:

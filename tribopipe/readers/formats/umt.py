@@ -109,9 +109,7 @@ class UmtReader:
         columns = tuple(_with_meaning(column, "FX" if reciprocates else "FF", names) for column in table.columns)
         facts, notes = _facts(blocks, columns)
         if reciprocates:
-            notes.append(
-                "Fx changes its sign with each stroke and is the friction force; Ff has no sign and is not used"
-            )
+            notes.append("Fx changes sign with each stroke and is the friction force; Ff is unsigned and is not used")
         return replace(
             table, columns=columns, facts=facts, notes=(*table.notes, *_missing_steps(blocks, segments), *notes)
         )
