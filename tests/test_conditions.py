@@ -207,7 +207,8 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="0.1 Hz"))
     (told,) = found["strokes_differ"]
     assert told.startswith(
-        "conditions.frequency: found 160 strokes of 0.5 s in friction_force, which is 1 Hz; expected the stated 0.1 Hz"
+        "conditions.frequency: found 160 strokes of 0.5 s each in friction_force, a frequency of 1 Hz; expected the "
+        "stated 0.1 Hz"
     )
 
 
