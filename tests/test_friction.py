@@ -69,7 +69,7 @@ def window_from_the_start() -> FrictionRecipe:
 def test_running_in_longer_than_the_run_is_flagged(bare_run):
     distance = np.linspace(0, 500, 5001)
     fit = fit_friction(with_friction(bare_run, exponential(distance, *TABLE_2[400]), distance))
-    assert any("longer than" in note for note in fit.notes)
+    assert any("exceeds the fitted length" in note for note in fit.notes)
 
 
 @pytest.mark.parametrize(
