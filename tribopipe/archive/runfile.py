@@ -27,6 +27,7 @@
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -162,6 +163,9 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
         nexus.field(data, "title", name)
         nexus.field(data, "position", profile.position, "m", long_name="position across the wear track")
         nexus.field(data, "height", profile.height, "m", long_name="height, positive outward from the body")
+        if profile.across is not None:
+            nexus.field(data, "across", profile.across, "m", long_name="position of the scan line in its height map")
+            nexus.field(data, "scan", profile.scan)
 
 
 def read_manifest(file: h5py.File) -> RunManifest:
@@ -260,10 +264,14 @@ def read_cleaned(file: h5py.File) -> RawRun:
 
 def _read_profiles(entry: h5py.Group) -> dict[str, Profile]:
     kept = members(entry["profiles"]) if "profiles" in entry else ()
-    return {
-        nexus.text(data, "title"): Profile(nexus.floats(data, "position"), nexus.floats(data, "height"))
-        for data in kept
-    }
+    return {nexus.text(data, "title"): _read_profile(data) for data in kept}
+
+
+def _read_profile(data: h5py.Group) -> Profile:
+    profile = Profile(nexus.floats(data, "position"), nexus.floats(data, "height"))
+    if "across" not in data:
+        return profile
+    return replace(profile, across=float(nexus.floats(data, "across")), scan=nexus.text(data, "scan"))
 
 
 def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:

@@ -5,14 +5,15 @@ Which columns are position and height is for run.toml to state, else for the for
 x, y and z are taken, or the two columns of a table that has just two, both of them lengths.
 
 A file may hold several profiles: several columns of heights, one for each pass, or a map. A map gives one profile for
-each scan line along x, or along the column that run.toml names as position.
+each scan line along x, or along the column that run.toml names as position, with the position of that line across the
+others. Positions across have the unit that run.toml states for positions, else their own, else that of x.
 
 Each profile has a key by its place in run.toml: "end_values.disc_profile" where there is one, and
 "end_values.disc_profile[0]", "[1]", … in the order of the files and of the lines in them where there are several.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 
 import numpy as np
@@ -147,18 +148,23 @@ def profiles_in(
 def _profiles_of(table: ReadTable, named: ProfileSource, key: str, units: Units) -> tuple[list[Profile], list[str]]:
     columns = _columns(table, named, key)
     position = _in_si(columns.position, units.position, "position", named.file)
-    lines = _scan_lines(columns.across, len(position), named.file)
+    across = _across(columns, units, named.file)
+    lines, places = _scan_lines(across, len(position)), across if columns.lies_across else None
     profiles: list[Profile] = []
     notes: list[str] = []
     fewest = len(position)
     for column in columns.heights:
         height = _in_si(column, units.height, "height", named.file)
+        scan = named.file if len(columns.heights) == 1 else f"{named.file}, {column.name}"
         for line in lines:
             seen = line[np.isfinite(position[line]) & np.isfinite(height[line])]
             if len(seen) >= _FEWEST:
-                profiles.append(_profile(position[seen], height[seen], columns.position.name, named.file, notes))
+                profile = _profile(position[seen], height[seen], columns.position.name, named.file, notes)
+                profiles.append(profile if places is None else _placed(profile, float(places[seen[0]]), scan))
             fewest = min(fewest, len(seen))
     _account(len(columns.heights) * len(lines), profiles, fewest, named.file, key, notes)
+    if columns.across is not None and places is None:
+        notes.append(f"column {columns.across.name!r} has no unit of length: the scan lines are evaluated separately")
     return profiles, list(dict.fromkeys(notes))
 
 
@@ -195,6 +201,11 @@ class _Columns:
     """Profiles, each from one scan line."""
     across: ReadColumn | None = None
     """Values that distinguish the scan lines of a map."""
+
+    @property
+    def lies_across(self) -> bool:
+        """Whether these values are positions; without a unit of their own they are in that of the other positions."""
+        return self.across is not None and (self.across.unit is None or _is_length(self.across))
 
 
 def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
@@ -242,14 +253,26 @@ def _in_si(column: ReadColumn, unit: str | None, what: str, file: str) -> Column
     return column_in_si(column, ColumnSource(column=column.name, unit=unit), what, "length", file)
 
 
-def _scan_lines(across: ReadColumn | None, count: int, file: str) -> list[NDArray[np.intp]]:
+def _across(columns: _Columns, units: Units, file: str) -> Column | None:
+    """Return what distinguishes the scan lines: their position across, m, if that is known."""
+    if columns.across is None:
+        return None
+    unit = units.position or columns.across.unit or columns.position.unit
+    return _in_si(columns.across, unit if columns.lies_across else "m", "scan lines", file)
+
+
+def _scan_lines(places: Column | None, count: int) -> list[NDArray[np.intp]]:
     """Return which of so many rows make up each scan line, in the order of the file."""
-    if across is None:
+    if places is None:
         return [np.arange(count)]
-    places = _in_si(across, "m", "scan lines", file)
     _, first, line, rows = np.unique(places, return_index=True, return_inverse=True, return_counts=True)
     lines = np.split(np.argsort(line, kind="stable"), np.cumsum(rows)[:-1])
     return [lines[number] for number in np.argsort(first)]
+
+
+def _placed(profile: Profile, across: float, scan: str) -> Profile:
+    """Return a scan line with its position across those of its map, m, if that is known."""
+    return replace(profile, across=across, scan=scan) if np.isfinite(across) else profile
 
 
 def _profile(position: Column, height: Column, column: str, file: str, notes: list[str]) -> Profile:

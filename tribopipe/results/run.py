@@ -83,6 +83,10 @@ class Profile:
 
     position: Column
     height: Column
+    across: float | None = None
+    """Position of a scan line across the lines of its height map, m; None of a profile that is in no map."""
+    scan: str = ""
+    """Name of that map."""
 
 
 @dataclass(frozen=True)

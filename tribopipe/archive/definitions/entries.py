@@ -153,7 +153,12 @@ def _profiles() -> GroupPart:
     lines = (
         FieldPart(name, doc, "NX_FLOAT", ("m",), required=True, attributes=("long_name",)) for name, doc in docs.items()
     )
-    one = GroupPart("", "NXdata", "One profile.", (text("title", "Source of the profile."), *lines), required=True)
+    across = FieldPart(
+        "across", "Position of a scan line in its height map.", "NX_FLOAT", ("m",), attributes=("long_name",)
+    )
+    scan = text("scan", "Name of that height map.", required=False)
+    parts = (text("title", "Source of the profile."), *lines, across, scan)
+    one = GroupPart("", "NXdata", "One profile.", parts, required=True)
     return GroupPart("profiles", "NXcollection", "Profiles across wear tracks and worn tips.", (one,))
 
 

@@ -1,6 +1,7 @@
 """Checks of what was measured on the specimens: what cannot be, what contradicts itself, what gives no wear."""
 
 import math
+import re
 from collections.abc import Iterator
 from itertools import combinations
 from typing import Literal
@@ -13,12 +14,16 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
+from tribopipe.evaluation.measurements.tip_map import volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import disc_totals
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, contradictions, surest
 from tribopipe.physics.geometry import scar_depth
-from tribopipe.results.run import RawRun
+from tribopipe.results.run import Profile, RawRun
+
+_ITEM = re.compile(r"\[\d+\]$")
+"""Number of a scan line at the end of its key."""
 
 
 @check("error")
@@ -108,13 +113,33 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
 @check("note")
 def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
     """Name profiles of which no depth or volume can be taken."""
+    maps = _maps(run)
     for where, profile in run.profiles.items():
         radius = reference_radius(run.manifest, where)
         try:
-            worn_area(profile, None if radius is None else radius.value)
+            if _ITEM.sub("", where) not in maps:
+                worn_area(profile, None if radius is None else radius.value)
         except FitError as error:
-            found, _, mend = str(error).removeprefix("profile: ").rpartition("; ")
-            yield Trouble(where, found, mend)
+            yield _no_wear(where, error)
+    for where, lines in maps.items():
+        try:
+            for one in lines.values():
+                volume_below_sphere(one, tip_radius(run, DefaultUncertainty()))
+        except FitError as error:
+            yield _no_wear(where, error)
+
+
+def _maps(run: RawRun) -> dict[str, dict[str, list[Profile]]]:
+    """Return the maps of the pin that are integrated as a whole, by the key of their files."""
+    if run.manifest.contact is None or run.manifest.pin is None:
+        return {}
+    found = {f"{where}.pin_profile": pin_maps(run, where) for where, _ in _parts(run.manifest)}
+    return {key: maps for key, maps in found.items() if maps}
+
+
+def _no_wear(where: str, error: FitError) -> Trouble:
+    found, _, mend = str(error).partition(": ")[2].rpartition("; ")
+    return Trouble(where, found, mend)
 
 
 @check("warning")

@@ -12,7 +12,7 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
-from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_values
+from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_notes, pin_values, tip_radius
 from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
 from tribopipe.evaluation.measurements.worn_pair import (
     UNKNOWN_SHARE,
@@ -24,7 +24,6 @@ from tribopipe.evaluation.measurements.worn_pair import (
     WornPair,
     surest,
 )
-from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
 
 _CLEARLY = 3.0
@@ -141,14 +140,8 @@ def pin_on_disc_wear(
     where, end = measured_at(run, interruption)
     found = _Found.of(run, where, end, defaults, pin_depth)
     pins = tuple(found.wear_of(pin) for pin in found.pins if pin.quantity is not pin_depth)
-    return WornBodies({"pin": pins, "disc": found.disc}, tuple(disc_notes(run, end, found.disc, pin_depth)))
-
-
-def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
-    """Return the radius of the pin with its standard uncertainty, stated or by default."""
-    radius = run.manifest.sliding_pin.equivalent_pin.radius
-    known, _ = stated_or_default(radius, defaults.pin_radius * radius.value)
-    return known
+    notes = (*pin_notes(run, where), *disc_notes(run, end, found.disc, pin_depth))
+    return WornBodies({"pin": pins, "disc": found.disc}, notes)
 
 
 _NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")

@@ -2,10 +2,12 @@
 
 A spherical tip is worn flat: a scar of diameter d is the base of a cap, whose height is the depth and whose volume was
 lost. A truncated sphere has lost what lies between its flat and the scar. A flat pin keeps its area. What was measured
-is kept as it is, a scar as a scar, so that the radius of the tip can vary independently.
+is kept as it is, a scar as a scar, so that the radius of the tip can vary independently. A height map is integrated as
+a whole: its volume does not depend on whether the scar is flat, or lies square to the axis of the pin.
 """
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +19,7 @@ from tribopipe.documents.contact import Shape, Tip
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.measurements.height_map import maps_of
 from tribopipe.evaluation.measurements.readings import (
     A_MAP,
     EndValueUsed,
@@ -26,6 +29,7 @@ from tribopipe.evaluation.measurements.readings import (
     tracks_in,
     volume_of_mass,
 )
+from tribopipe.evaluation.measurements.tip_map import volume_below_sphere
 from tribopipe.physics.geometry import (
     cap_height,
     scar_depth,
@@ -39,6 +43,9 @@ from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, S
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import Profile, RawRun
 
+PIN_MAP = "pin_map"
+"""Volume by a height map of the tip."""
+PIN_VOLUMES = ("pin_wear_volume", "pin_mass_loss", PIN_MAP)
 SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
 _STEP = 1e-4
 """Share of the tip's radius by which it is varied to see what it does to a profile's depth."""
@@ -72,18 +79,22 @@ class PinTip:
         if used.name in SCARS:
             depth = scar_depth(scar_radius=np.abs(measured) / 2, sphere_radius=r, flat_radius=self.flat_radius)
             return np.where(measured < 0, -depth, depth)
-        if used.name in ("pin_wear_volume", "pin_mass_loss"):
-            return self._depth_of_volume(measured, r)
+        if used.name in PIN_VOLUMES:
+            return self._depth_of_volume(used.on_unworn_track * self.volume_read(used, value, r), r)
         if used.name == "pin_profile":
             below_sphere = measured + used.per_radius * (r - self.radius)
             return np.asarray(below_sphere - cap_height(scar_radius=self.flat_radius, sphere_radius=r))
         return measured
 
+    def volume_read(self, used: EndValueUsed, value: ArrayLike, radius: ArrayLike) -> Column:
+        """Return the volume lost, m³, by a reading of a volume, were the tip's radius this."""
+        return np.asarray(value, dtype=float) + used.per_radius * (np.asarray(radius, dtype=float) - self.radius)
+
     def value(self, used: EndValueUsed, depth: float) -> float:
         """Return what this way of measuring would find at a depth, m, the track worn in proportion."""
         if used.name in SCARS:
             return 2 * float(self.scar_radius(depth, self.radius)) / used.on_unworn_track
-        if used.name in ("pin_wear_volume", "pin_mass_loss"):
+        if used.name in PIN_VOLUMES:
             return float(self.volume(depth, self.radius)) / used.on_unworn_track
         if used.name == "pin_profile":
             return depth + float(cap_height(scar_radius=self.flat_radius, sphere_radius=self.radius))
@@ -97,6 +108,11 @@ class PinTip:
         if self.line:
             return np.asarray(self.line * segment_area(half_chord=self.scar_radius(h, r), radius=r))
         return worn_volume(depth=h, sphere_radius=r, flat_radius=self.flat_radius)
+
+    def flat_volume(self, radius: float) -> float:
+        """Return what a truncated sphere of this radius, m, lacked before the test, m³."""
+        height = cap_height(scar_radius=self.flat_radius, sphere_radius=radius)
+        return float(worn_volume(depth=height, sphere_radius=radius))
 
     def _depth_of_volume(self, volume: Column, radius: Column) -> Column:
         if self.shape == "flat":
@@ -118,10 +134,17 @@ class PinTip:
         return scar_radius_at(depth=depth, sphere_radius=radius, flat_radius=self.flat_radius)
 
 
-def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
-    """Yield each post-test measurement of the pin with its uncertainty; masses as volumes, profiles as depths.
+def tip_radius(run: RawRun, defaults: DefaultUncertainty) -> Quantity:
+    """Return the radius of the pin with its standard uncertainty, stated or by default."""
+    radius = run.manifest.sliding_pin.equivalent_pin.radius
+    known, _ = stated_or_default(radius, defaults.pin_radius * radius.value)
+    return known
 
-    Raises ``FitError`` for a mass without density, and for a profile that shows no flat on a sphere.
+
+def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
+    """Yield each post-test measurement of the pin with its uncertainty; masses and maps as volumes, profiles as depths.
+
+    Raises ``FitError`` for a mass without density, and for a profile or map that shows no scar on a sphere.
     """
     if end.pin_wear_depth is not None:
         yield EndValueUsed("pin_wear_depth", *certain(end.pin_wear_depth, defaults.wear_depth.value))
@@ -137,7 +160,7 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
         density = known_density(run, "pin", f"{where}.pin_mass_loss", defaults)
         yield EndValueUsed("pin_mass_loss", volume_of_mass(mass, density), source)
     if profiles := profiles_at(run, f"{where}.pin_profile"):
-        yield _profiled(run, f"{where}.pin_profile", profiles)
+        yield _profiled(run, f"{where}.pin_profile", profiles, defaults)
 
 
 def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty) -> Quantity:
@@ -153,7 +176,7 @@ def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty
     return known
 
 
-def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValueUsed:
+def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile], defaults: DefaultUncertainty) -> EndValueUsed:
     """Return the depth of the scar's middle below the sphere, m, and what the sphere's radius does to it."""
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
     if not tip.widens:
@@ -161,6 +184,8 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValu
             f"{run.id}: {key}: found a profile of a flat pin or block, which has no unworn surface to level it "
             "on; expected a profile of a spherical tip; use pin_wear_depth or pin_mass_loss instead"
         )
+    if maps := pin_maps(run, key.removesuffix(".pin_profile")):
+        return _mapped(run, key, maps, tip_radius(run, defaults))
     through = _through_the_middle(run, profiles, tip.radius)
 
     def depth(radius: float) -> Quantity:
@@ -170,8 +195,41 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile]) -> EndValu
     return EndValueUsed("pin_profile", depth(tip.radius), "manifest", (high - low) / (2 * _STEP * tip.radius))
 
 
+def _mapped(run: RawRun, key: str, maps: Mapping[str, Sequence[Profile]], radius: Quantity) -> EndValueUsed:
+    """Return the volume lost by maps of the tip, m³, without that of its flat, and what the radius does to it."""
+    tip, below = PinTip.of(run.manifest.sliding_pin.equivalent_pin), []
+    for name, lines in maps.items():
+        try:
+            below.append(volume_below_sphere(lines, radius))
+        except FitError as error:
+            raise FitError(f"{run.id}: {key} of {name}: {error}") from None
+    volume = over_places([one.volume for one in below])
+    missing, low, high = (tip.flat_volume(tip.radius * (1 + step)) for step in (0.0, -_STEP, _STEP))
+    lost = volume.model_copy(update={"value": volume.value - missing})
+    per_radius = math.fsum(one.per_radius for one in below) / len(below) - (high - low) / (2 * _STEP * tip.radius)
+    return EndValueUsed(PIN_MAP, lost, "manifest", per_radius)
+
+
+def pin_maps(run: RawRun, where: str) -> dict[str, list[Profile]]:
+    """Return the height maps of a spherical tip by name, each as its scan lines; none where only profiles were taken.
+
+    ``where`` is the key of the measurements, such as "end_values".
+    """
+    tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
+    return maps_of(profiles_at(run, f"{where}.pin_profile")) if tip.widens else {}
+
+
+def pin_notes(run: RawRun, where: str) -> Iterator[str]:
+    """Report a map of the tip that cannot be integrated because nothing is known of where its lines are."""
+    if len(profiles_at(run, f"{where}.pin_profile")) >= A_MAP and not pin_maps(run, where):
+        yield (
+            f"{where}.pin_profile is a height map without positions across its scan lines: its deepest line is used, "
+            "which is exact only for a plane scar; export the map with columns x, y and z"
+        )
+
+
 def _through_the_middle(run: RawRun, profiles: Mapping[str, Profile], radius: float) -> Mapping[str, Profile]:
-    """Return the profiles themselves, or of a map, most lines of which lead past the middle, the one that is deepest.
+    """Return the profiles themselves, or of a map whose lines have no position across, the one that is deepest.
 
     Raises ``FitError`` where no line of a map shows a flat.
     """

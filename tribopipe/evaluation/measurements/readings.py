@@ -100,12 +100,11 @@ def over_places(found: Sequence[Quantity]) -> Quantity:
     """Return the mean of what was measured at several places, with their scatter and what each is uncertain by itself.
 
     u² = q²·s²/n + Σu²/n², with q as of repeated readings; what each is uncertain by is its own noise. Of so many
-    that they may be the lines of a map, s²/n counts as many as are independent of each other.
+    that they may be the lines of a map, n counts as many as are independent of each other, in both terms.
     """
     own = math.hypot(*(one.standard_uncertainty or 0.0 for one in found)) / len(found)
     values = [one.value for one in found]
     value, scatter = of_readings(values)
-    if len(values) >= A_MAP:
-        scatter = (scatter or 0.0) * math.sqrt(len(values) / effective_samples(np.asarray(values)))
-    spread = math.hypot(scatter or 0.0, own)
+    shared = len(values) / effective_samples(np.asarray(values)) if len(values) >= A_MAP else 1.0
+    spread = math.sqrt(shared) * math.hypot(scatter or 0.0, own)
     return Quantity(value=value, unit=found[0].unit, standard_uncertainty=spread)

@@ -16,7 +16,7 @@ import numpy as np
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
 from tribopipe.physics.geometry import circle_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
@@ -38,7 +38,7 @@ UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCE
 _TURNS = 8
 _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
-VOLUMES = ("pin_wear_volume", "pin_mass_loss", "disc_wear_volume", "disc_mass_loss")
+VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss")
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 
 
@@ -171,6 +171,11 @@ class _Solver:
         """Reading of the track."""
         return self.given[self.pair.disc.name]
 
+    @property
+    def _pin_volume(self) -> float:
+        """Volume that the pin has lost, m³, by its reading and the radius of its tip."""
+        return float(self.pair.tip.volume_read(self.pair.pin, self.given[self.pair.pin.name], self.given["radius"]))
+
     def volume(self, worn: WornContact) -> float:
         """Return the volume of the track, m³."""
         if self.pair.path is None:
@@ -197,7 +202,7 @@ class _Solver:
 
     def _by_volumes(self) -> tuple[float, float]:
         """Return the depths by both volumes; those of the ends of a stroke are found in turns with its section."""
-        pin, lost, ends = self.given[self.pair.pin.name], abs(self.disc), 0.0
+        pin, lost, ends = self._pin_volume, abs(self.disc), 0.0
         per_length = self._size(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
         for _ in range(_TURNS if self.pair.path is not None and self.pair.path.there_and_back else 1):
             worn = self.contact.worn(abs(pin), max(lost - ends, 0.0) / per_length)
@@ -218,7 +223,8 @@ class _Solver:
         if name == "pin_share":
             return self._of_share(reading, disc_depth)
         if name in VOLUMES:
-            return math.copysign(self._rising(lambda h: self._lost(h, abs(disc_depth(h))), abs(reading)), reading)
+            lost = self._pin_volume
+            return math.copysign(self._rising(lambda h: self._lost(h, abs(disc_depth(h))), abs(lost)), lost)
         if name in WIDTHS:
             return self._approach(reading) - disc_depth(0.0)
         if name == "pin_scar_diameter":

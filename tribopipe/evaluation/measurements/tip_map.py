@@ -1,0 +1,450 @@
+"""The volume that a spherical tip has lost, from a height map of it.
+
+The unworn sphere is fitted around the scar and the volume between it and the measured surface is integrated over the
+scar, whatever the shape of the worn surface. A tilt of the specimen needs no parameter of its own: a sphere that is
+turned is a sphere with its apex elsewhere, and the volume does not change.
+
+The volume depends on the radius of the sphere some six times as strongly as that of a scar of known diameter does. The
+map shows this radius as well, in its own scale of lengths. Both radii are combined with their uncertainties.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from tribopipe.base.arrays import Column
+from tribopipe.base.errors import FitError
+from tribopipe.base.units import show
+from tribopipe.documents.quantity import Quantity
+from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, height_map
+from tribopipe.evaluation.measurements.profile_levelling import Mask
+from tribopipe.physics.geometry import cap_height
+from tribopipe.results.run import Profile
+
+_FRAME = 0.2
+"""Share of the greatest distance from the edge of the map within which the surface is first taken to be unworn."""
+_ROUNDS, _STEPS, _CONVERGED = 15, 20, 1e-9
+_SMOOTHED = 3
+"""Cells along either side over which heights are averaged where the scar is looked for."""
+_EDGE, _STANDS_OUT, _NO_NOISE = 2.0, 4.0, 8.0
+"""Standard deviations of the noise: where the scar ends; what is not unworn; what is no noise in any cell."""
+_IN_FORM = 0.02
+"""Share of the depth within which a surface may be unworn."""
+_MARGIN = 0.06
+"""Share of the scar's radius by which it is taken wider than where it is seen to end."""
+_SPIKE, _SPIKE_WIDTH = 0.1, 5
+"""Share of the depth, and cells of the median, by which a spike stands out of its neighborhood."""
+_FEWEST_UNWORN = 0.1
+"""Share of the map that has to be unworn."""
+_FEWEST_ACROSS = 5
+"""Scan lines, and columns of cells, that have to lead through a scar."""
+_MOST_MISSING = 0.25
+"""Share of the scar that may be missing."""
+_CERTAIN = 5.0
+"""Standard uncertainties by which a volume must exceed zero."""
+_CLEAR, _WRONG = 3.0, 0.25
+"""Standard uncertainties of their difference by which the radius of the unworn surface contradicts that stated; and the
+relative difference that is no error of scale."""
+_MAD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
+
+
+class MapVolume(NamedTuple):
+    """Volume that a tip has lost below its sphere, by a map."""
+
+    volume: Quantity
+    """m³, with its standard uncertainty; that of the stated radius is not in it."""
+    per_radius: float
+    """Its derivative by the stated radius of the tip, m²; 0 where the map alone gives the radius."""
+    radius: Quantity
+    """Radius of the unworn surface by the map alone, m."""
+
+
+def volume_below_sphere(lines: Sequence[Profile], radius: Quantity) -> MapVolume:
+    """Return the volume between a sphere and the worn surface, by a height map.
+
+    The volume is V = Σ(sphere − measured)·(area of a cell) over the scar and a small margin around it, on which the
+    lost height is zero on average. Position and height of the apex, and the radius, are fitted to the unworn surface
+    around the scar, from which worn and piled-up places and spikes are excluded by turns. The radius is the weighted
+    mean of this one and that stated; where they contradict each other, that of the map, as the scale of an instrument
+    or the form of a tip may be a little off.
+
+    The standard uncertainty contains the roughness of the unworn surface, with its correlation in both directions, in
+    the scar and through the fitted sphere; the distance between points; the boundary of the scar; and missing cells.
+
+    Parameters
+    ----------
+    lines
+        Scan lines of the map, each with its position across.
+    radius
+        Stated radius of the tip, m, with its standard uncertainty.
+
+    Returns
+    -------
+    MapVolume
+        The volume, its derivative by the stated radius, and the radius of the unworn surface.
+
+    Raises
+    ------
+    FitError
+        If the map shows no scar, only a part of it, or no sphere of this radius.
+    """
+    grid = height_map(lines)
+    _refuse_too_wide(grid, radius.value)
+    scar = _without_spikes(_find(grid, radius.value), radius.value)
+    _refuse_missing(scar)
+    return _integrated(scar, radius)
+
+
+def _refuse_too_wide(grid: HeightMap, radius: float) -> None:
+    reach = max(float(grid.x[-1]), float(grid.y[-1]))
+    if reach >= radius:
+        raise FitError(
+            f"map: found a length of {show(2 * reach, None, 'm', 'mm')} on a tip of radius "
+            f"{show(radius, None, 'm', 'mm')}; expected less than the diameter of the tip; check the unit of the "
+            "positions, and the radius"
+        )
+
+
+@dataclass(frozen=True)
+class _Sphere:
+    """Unworn surface of a tip."""
+
+    radius: float
+    x: float
+    y: float
+    top: float
+    """Position and height of its apex, m."""
+
+    def _below(self, grid: HeightMap) -> Column:
+        return cap_height(scar_radius=np.hypot(grid.x - self.x, (grid.y - self.y)[:, None]), sphere_radius=self.radius)
+
+    def height(self, grid: HeightMap) -> Column:
+        """Return its height in each cell, m."""
+        return np.asarray(self.top - self._below(grid))
+
+    def gradients(self, grid: HeightMap) -> Column:
+        """Return the derivatives of the height by x, y and height of the apex, the last axis, and by the radius."""
+        below = self._below(grid)
+        centre = self.radius - below
+        along, across = np.broadcast_arrays(grid.x - self.x, (grid.y - self.y)[:, None])
+        return np.stack([along / centre, across / centre, np.ones_like(below), below / centre], axis=-1)
+
+    def moved(self, steps: Column, grid: HeightMap) -> "_Sphere":
+        """Return the sphere after steps of its parameters. Raises ``FitError`` where the map would leave it."""
+        x, y, top, radius = (old + float(step) for old, step in zip(self._parameters, steps, strict=True))
+        if math.hypot(abs(x) + grid.x[-1], abs(y) + grid.y[-1]) >= math.sqrt(2) * radius:
+            raise FitError(
+                "map: found no sphere around the scar; expected the unworn surface of the tip; check the units of "
+                "positions and heights, and that heights increase outward from the tip"
+            )
+        return _Sphere(radius, x, y, top)
+
+    @property
+    def _parameters(self) -> tuple[float, float, float, float]:
+        return self.x, self.y, self.top, self.radius
+
+
+@dataclass(frozen=True)
+class _Scar:
+    """A worn tip in its map."""
+
+    grid: HeightMap
+    sphere: _Sphere
+    unworn: Mask
+    """Cells to which the sphere was fitted."""
+    worn: Mask
+    """Cells where the surface is seen to be below the sphere."""
+    piled_up: Mask
+    """Cells where it is clearly above."""
+    lost: Column
+    """Height lost in each cell, m, with missing ones interpolated; 0 where there is no map."""
+    apart: Column
+    """By how much two ways of interpolating missing cells differ, m."""
+
+    @property
+    def margin(self) -> int:
+        """Cells by which the scar is taken wider than it is seen to be."""
+        return max(2, math.ceil(_MARGIN * math.sqrt(np.count_nonzero(self.worn) / math.pi)))
+
+    @property
+    def depth(self) -> float:
+        """Greatest depth, m, of what is wider than a spike."""
+        from scipy.ndimage import median_filter
+
+        return float(np.max(median_filter(self.lost, _SPIKE_WIDTH)[self.worn]))
+
+    def widened(self, cells: int) -> Mask:
+        """Return the scar with so many cells around it, but no pile-up."""
+        return _dilated(self.worn, cells) & ~self.piled_up
+
+    @property
+    def solver(self) -> Column:
+        """The matrix that turns deviations of the unworn cells into steps of the apex of a sphere of known radius."""
+        return np.asarray(np.linalg.pinv(self.sphere.gradients(self.grid)[self.unworn][:, :3]))
+
+
+def _dilated(mask: Mask, cells: int) -> Mask:
+    from scipy.ndimage import binary_dilation
+
+    return np.asarray(binary_dilation(mask, iterations=cells)) if cells else mask
+
+
+def _find(grid: HeightMap, radius: float) -> _Scar:
+    """Find the unworn sphere and the scar, each by the other."""
+    from scipy.ndimage import distance_transform_edt
+
+    inside = grid.inside()
+    away = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
+    unworn = grid.measured & (away <= _FRAME * np.max(away))
+    sphere = _robust(grid, unworn, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height))))
+    for _ in range(_ROUNDS):
+        scar = _seen(grid, inside, sphere, unworn)
+        before, unworn = unworn, scar.unworn
+        if np.count_nonzero(unworn) < _FEWEST_UNWORN * np.count_nonzero(inside):
+            raise _at_the_edge()
+        sphere = _fitted(grid, unworn, sphere)
+        if np.array_equal(before, unworn):
+            break
+    _refuse_coarse(scar)
+    if np.any(_dilated(scar.worn, scar.margin) & (away <= 1)):
+        raise _at_the_edge()
+    return _seen(grid, inside, sphere, unworn)
+
+
+def _robust(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
+    """Fit by least absolute deviations, which a scar in less than half of the cells does not draw off."""
+    weights = np.ones(int(np.count_nonzero(cells)))
+    for _ in range(_STEPS):
+        gradients = sphere.gradients(grid)[cells]
+        left = (grid.height - sphere.height(grid))[cells]
+        steps = _least_squares(gradients * weights[:, None], left * weights)
+        sphere = sphere.moved(steps, grid)
+        left = np.abs(left - gradients @ steps)
+        weights = 1 / np.sqrt(np.maximum(left, 0.1 * float(np.median(left)) + np.finfo(float).tiny))
+    return sphere
+
+
+def _least_squares(gradients: Column, left: Column) -> Column:
+    scale = np.linalg.norm(gradients, axis=0)
+    return np.asarray(np.linalg.lstsq(gradients / scale, left, rcond=None)[0] / scale, dtype=np.float64)
+
+
+def _fitted(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
+    for _ in range(_STEPS):
+        gradients = sphere.gradients(grid)[cells]
+        steps = _least_squares(gradients, (grid.height - sphere.height(grid))[cells])
+        sphere = sphere.moved(steps, grid)
+        if np.max(np.abs(gradients @ steps)) <= _CONVERGED * float(np.ptp(grid.height[cells])):
+            break
+    return sphere
+
+
+def _seen(grid: HeightMap, inside: Mask, sphere: _Sphere, unworn: Mask) -> _Scar:
+    """Return what a sphere lets be seen of the scar, and which cells are unworn then."""
+    from scipy.ndimage import label, uniform_filter
+
+    lost, apart = bridged(sphere.height(grid) - grid.height)
+    lost = np.where(inside & np.isfinite(lost), lost, 0.0)
+    smooth = uniform_filter(lost, _SMOOTHED)
+    noise = _MAD * float(np.median(np.abs(smooth[unworn])))
+    deepest = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
+    depth = float(smooth[deepest])
+    if depth <= _NO_NOISE * noise:
+        raise FitError(
+            f"map: found no scar, the deepest place {show(depth, None, 'm', 'um')} below the sphere; expected a worn "
+            "tip; check that heights increase outward from the tip, and its radius"
+        )
+    parts, _ = label(smooth > max(_EDGE * noise, _IN_FORM / 4 * depth))
+    worn = parts == parts[deepest]
+    single = _MAD * float(np.median(np.abs(lost[unworn])))
+    clear = max(_STANDS_OUT * noise, _IN_FORM * depth)
+    scar = _Scar(grid, sphere, unworn, worn, smooth < -clear, lost, apart)
+    level = grid.measured & (np.abs(smooth) <= clear) & (np.abs(lost) <= max(_STANDS_OUT * single, clear))
+    return replace(scar, unworn=level & ~_dilated(worn, 2 * scar.margin))
+
+
+def _at_the_edge() -> FitError:
+    return FitError(
+        "map: found a scar that reaches the edge of the map; expected the unworn sphere all around the scar; measure "
+        "a larger map, and check the radius of the tip"
+    )
+
+
+def _without_spikes(scar: _Scar, radius: float) -> _Scar:
+    """Return the scar with spikes treated as missing."""
+    from scipy.ndimage import median_filter
+
+    grid = scar.grid
+    off = np.abs(scar.lost - median_filter(scar.lost, _SPIKE_WIDTH))
+    spread = _MAD * float(np.median(off[grid.measured]))
+    spikes = grid.measured & (off > max(_NO_NOISE * spread, _SPIKE * scar.depth))
+    if not np.any(spikes):
+        return scar
+    return _find(replace(grid, height=np.where(spikes, np.nan, grid.height)), radius)
+
+
+def _refuse_coarse(scar: _Scar) -> None:
+    grid, worn = scar.grid, scar.worn
+    rows = grid.y[np.any(worn, axis=1)]
+    through = int(np.count_nonzero((grid.lines >= rows[0]) & (grid.lines <= rows[-1])))
+    columns = int(np.count_nonzero(np.any(worn, axis=0)))
+    if min(through, columns) < _FEWEST_ACROSS:
+        found = f"{through} scan lines" if through < _FEWEST_ACROSS else f"{columns} points of a scan line"
+        raise FitError(
+            f"map: found {found} across the scar; expected at least {_FEWEST_ACROSS}; measure with a smaller distance "
+            "between points and between scan lines"
+        )
+
+
+def _refuse_missing(scar: _Scar) -> None:
+    grid, worn = scar.grid, scar.worn
+    missing = float(np.sum(np.where(grid.measured, grid.spare, grid.area)[worn]) / np.sum(grid.area[worn]))
+    if missing > _MOST_MISSING:
+        raise FitError(
+            f"map: found no heights in {100 * missing:.0f} % of the scar; expected at most {100 * _MOST_MISSING:.0f} "
+            "%; measure again with more light or a larger aperture, or measure the diameter of the scar"
+        )
+
+
+def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
+    """Return the volume with its uncertainty. Raises ``FitError`` where it is no larger than that allows."""
+    region = scar.widened(scar.margin)
+    weights = np.where(region, scar.grid.area, 0.0)
+    missing, roughness = _in_holes(scar), _Roughness.of(scar)
+    by_radius = _by_radius(scar, weights)
+    seen = Quantity(value=scar.sphere.radius, unit="m", standard_uncertainty=roughness.spread(by_radius.of_heights))
+    share = _share_of_stated(radius, seen)
+    volume = float(np.sum(weights * (scar.lost + missing)))
+    volume += share * by_radius.volume * (radius.value - seen.value)
+    ring = scar.widened(2 * scar.margin) & ~scar.worn
+    through = _through_fit(scar, weights) + (1 - share) * by_radius.volume * by_radius.of_heights
+    spread = math.hypot(
+        roughness.spread(through),
+        _by_sampling(scar, region),
+        float(np.sum((scar.grid.area * scar.lost)[ring])) / math.sqrt(3),
+        float(np.sum(weights * scar.apart)) / 2,
+        float(np.sum(weights * missing)) / math.sqrt(3),
+    )
+    found = Quantity(value=volume, unit="m^3", standard_uncertainty=spread)
+    if volume <= _CERTAIN * spread:
+        raise FitError(
+            f"map: found a volume of {found.shown('um^3')} below the sphere; expected one clearly above its "
+            "uncertainty; check that the map shows the scar, and measure a larger map"
+        )
+    return MapVolume(found, share * by_radius.volume, seen)
+
+
+def _share_of_stated(stated: Quantity, seen: Quantity) -> float:
+    """Return the weight of the stated radius in the mean of both; 0 where they contradict each other.
+
+    Raises ``FitError`` where they have nothing to do with each other.
+    """
+    off, spreads = seen.value - stated.value, (stated.standard_uncertainty or 0.0, seen.standard_uncertainty or 0.0)
+    if abs(off) > max(_WRONG * stated.value, _CLEAR * spreads[1]):
+        raise FitError(
+            f"map: found a sphere of radius {seen.shown('mm')} around the scar; expected the radius of the tip, "
+            f"{show(stated.value, None, 'm', 'mm')}; check the units of positions and heights, and the radius"
+        )
+    if abs(off) > _CLEAR * math.hypot(*spreads):
+        return 0.0
+    return spreads[1] ** 2 / (spreads[0] ** 2 + spreads[1] ** 2)
+
+
+def _in_holes(scar: _Scar) -> Column:
+    """Return what missing cells of the scar have lost more, m, if the worn surface is level there.
+
+    Where the scar is looked for, missing cells are as deep as those around them, as if curved like the sphere.
+    """
+    height, _ = bridged(scar.grid.height)
+    level = scar.sphere.height(scar.grid) - height
+    return np.where(scar.worn & ~scar.grid.measured & np.isfinite(level), level - scar.lost, 0.0)
+
+
+def _through_fit(scar: _Scar, weights: Column) -> Column:
+    """Return the weights with which the heights of all cells make up a volume, directly and through the fit."""
+    pull = np.tensordot(weights, scar.sphere.gradients(scar.grid)[..., :3], axes=2)
+    through = -weights
+    through[scar.unworn] += pull @ scar.solver
+    return through
+
+
+class _ByRadius(NamedTuple):
+    """What the radius of the sphere does to a volume, and what heights do to that radius."""
+
+    volume: float
+    """∂V/∂R, m², the apex following."""
+    of_heights: Column
+    """∂R/∂z of each cell."""
+
+
+def _by_radius(scar: _Scar, weights: Column) -> _ByRadius:
+    gradients = scar.sphere.gradients(scar.grid)
+    slope = gradients[..., 3]
+    alone = slope - gradients[..., :3] @ (scar.solver @ slope[scar.unworn])
+    shown = np.where(scar.unworn, alone, 0.0)
+    return _ByRadius(float(np.sum(weights * alone)), shown / float(np.sum(shown**2)))
+
+
+def _by_sampling(scar: _Scar, region: Mask) -> float:
+    """Return how far the volume may be off because heights are known at some places only, m³.
+
+    By maps of every second line and column: of four, which a trapezoidal rule makes four times as wrong.
+    """
+    grid = scar.grid
+    share = np.where(region, grid.area * scar.lost, 0.0)
+    coarse = [4 * float(np.sum(share[row::2, column::2])) for row in (0, 1) for column in (0, 1)]
+    return float(np.std(coarse)) / 3
+
+
+@dataclass(frozen=True)
+class _Roughness:
+    """Covariance of the heights of the unworn surface, m², by the distance between cells."""
+
+    values: Column
+    """On a grid twice as large as the map, whose first cell is the variance."""
+
+    @classmethod
+    def of(cls, scar: _Scar) -> "_Roughness":
+        """Return the covariance of what the sphere leaves of the unworn cells, up to where it is first none."""
+        kept = scar.unworn.astype(float)
+        shape = 2 * kept.shape[0], 2 * kept.shape[1]
+        pairs = _correlated(kept, shape)
+        covariance = np.divide(
+            _correlated(kept * scar.lost, shape), pairs, out=np.zeros(shape), where=pairs > _FEWEST_PAIRS
+        )
+        near = _up_to_first_zero(covariance, scar.grid)
+        independent = np.sum(kept) * covariance[0, 0] / max(float(np.sum(covariance[near])), covariance[0, 0])
+        # The fit takes four of the independent deviations.
+        left = max(1 - 4 / independent, 0.5)
+        return cls(np.where(near, covariance, 0.0) / left)
+
+    def spread(self, weights: Column) -> float:
+        """Return the standard deviation of a weighted sum of heights."""
+        total = float(np.sum(self.values * _correlated(weights, self.values.shape)))
+        return math.sqrt(max(total, float(self.values[0, 0] * np.sum(weights**2))))
+
+
+_FEWEST_PAIRS = 0.5
+"""Pairs of cells; fewer are rounding."""
+
+
+def _correlated(values: Column, shape: tuple[int, ...]) -> Column:
+    """Return the sum of products of values by the distance between their cells."""
+    return np.asarray(np.fft.irfft2(np.abs(np.fft.rfft2(values, shape)) ** 2, shape))
+
+
+def _up_to_first_zero(covariance: Column, grid: HeightMap) -> Mask:
+    """Return the distances within that at which the covariance, averaged over all directions, is first not positive."""
+    rows, columns = covariance.shape
+    steps = float(np.ptp(grid.y)) / (len(grid.y) - 1), float(np.ptp(grid.x)) / (len(grid.x) - 1)
+    down, right = (np.fft.fftfreq(count, 1 / count) * step for count, step in zip((rows, columns), steps, strict=True))
+    away = np.hypot(down[:, None], right)
+    bins = np.rint(away / max(steps)).astype(int)
+    means = np.bincount(bins.ravel(), covariance.ravel()) / np.bincount(bins.ravel())
+    means = means[: max(len(grid.x), len(grid.y)) // 2]
+    ends = int(np.argmax(means <= 0)) if np.any(means <= 0) else len(means)
+    return np.asarray(bins < max(ends, 1))
