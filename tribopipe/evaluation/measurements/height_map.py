@@ -14,14 +14,14 @@ from tribopipe.results.run import Profile
 
 FEWEST_LINES = 8
 """Scan lines below which a map is used line by line."""
-_MOST_CELLS = 200
+_MOST_CELLS = 150
 """Cells along either side; of more points in a line, and of more lines, the means of blocks are taken."""
 _BRIDGED = 0.02
 """Share of a scan line up to which a gap in it is bridged."""
 _HALF_STEP = 0.51
 """Distance from a measured point, in steps, within which a height was measured."""
 _MOST_STRETCHED = 4
-"""Points of the grid along a line over those of the longest scan line, at most."""
+"""Points of the grid along a line over those of the longest scan line, and missing lines over all lines, at most."""
 
 
 @dataclass(frozen=True)
@@ -35,25 +35,24 @@ class HeightMap:
     height: Column
     """Mean height of each cell, m, rows by columns; NaN where it was not measured."""
     area: Column
-    """Area of each cell, m²; a row next to a missing line stands for half of that one."""
+    """Area of each cell, m²."""
     lines: Column
-    """Position of each scan line across, m, about the middle of the map."""
+    """Position of each measured scan line across, m, about the middle of the map."""
 
     @property
     def measured(self) -> Mask:
         """Cells with a height."""
         return np.isfinite(self.height)
 
-    @property
-    def spare(self) -> Column:
-        """Area of each cell, m², that lies on missing scan lines."""
-        return np.asarray(np.maximum(self.area - np.median(self.area), 0.0))
-
     def inside(self) -> Mask:
-        """Return the cells of the map: all but those without height that are connected with its border."""
-        from scipy.ndimage import binary_fill_holes
+        """Return the cells of the map: those measured, and those between two such in their row or column."""
+        return _between(self.measured, 0) | _between(self.measured, 1)
 
-        return np.asarray(binary_fill_holes(self.measured))
+
+def _between(cells: Mask, axis: int) -> Mask:
+    before = np.logical_or.accumulate(cells, axis)
+    after = np.flip(np.logical_or.accumulate(np.flip(cells, axis), axis), axis)
+    return np.asarray(before & after)
 
 
 def maps_of(profiles: Mapping[str, Profile]) -> dict[str, list[Profile]]:
@@ -69,7 +68,7 @@ def height_map(lines: Sequence[Profile]) -> HeightMap:
     """Return the map that scan lines make up.
 
     Lines need not begin at the same position, nor have points at the same ones: heights are interpolated along each.
-    Gaps of up to 2 % of a line are bridged, longer ones are missing.
+    Gaps of up to 2 % of a line are bridged, longer ones are missing, as are lines in a gap between lines.
 
     Raises ``FitError`` where two lines have the same position across.
     """
@@ -83,8 +82,24 @@ def height_map(lines: Sequence[Profile]) -> HeightMap:
             "run.toml, and export the map again"
         )
     along = _grid(lines)
-    heights = np.array([_heights(along, line) for line in lines])
-    return _in_cells(along - np.mean(along[[0, -1]]), across - np.mean(across[[0, -1]]), heights)
+    places, heights = _with_missing_lines(across, np.array([_heights(along, line) for line in lines]))
+    middle = float(np.mean(across[[0, -1]]))
+    return _in_cells(along - np.mean(along[[0, -1]]), places - middle, heights, across - middle)
+
+
+def _with_missing_lines(across: Column, heights: Column) -> tuple[Column, Column]:
+    """Return positions and heights of lines with empty ones in the gaps between them."""
+    steps = np.diff(across)
+    missing = np.rint(steps / np.median(steps)).astype(int) - 1
+    missing = np.clip(missing, 0, _MOST_STRETCHED * len(across))
+    parts = [
+        np.linspace(start, start + step, count + 1, endpoint=False)
+        for start, step, count in zip(across[:-1], steps, missing, strict=True)
+    ]
+    places = np.concatenate([*parts, across[-1:]])
+    filled = np.full((len(places), heights.shape[1]), np.nan)
+    filled[np.append(0, np.cumsum(missing + 1))] = heights
+    return places, filled
 
 
 def _grid(lines: Sequence[Profile]) -> Column:
@@ -106,7 +121,7 @@ def _heights(along: Column, line: Profile) -> Column:
     return np.where(known | (away <= _HALF_STEP * step), np.interp(along, position, line.height), np.nan)
 
 
-def _in_cells(along: Column, across: Column, heights: Column) -> HeightMap:
+def _in_cells(along: Column, across: Column, heights: Column, lines: Column) -> HeightMap:
     """Return means of blocks; a block counts as measured by at least half of its points."""
     wide, long = np.gradient(along), np.gradient(across)
     rows, columns = _starts(len(across)), _starts(len(along))
@@ -122,7 +137,7 @@ def _in_cells(along: Column, across: Column, heights: Column) -> HeightMap:
         np.add.reduceat(across, rows) / np.diff(np.append(rows, len(across))),
         np.where(2 * count >= points, mean, np.nan),
         np.outer(np.add.reduceat(long, rows), np.add.reduceat(wide, columns)),
-        across,
+        lines,
     )
 
 

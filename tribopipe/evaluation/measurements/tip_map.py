@@ -26,7 +26,7 @@ from tribopipe.results.run import Profile
 
 _FRAME = 0.2
 """Share of the greatest distance from the edge of the map within which the surface is first taken to be unworn."""
-_ROUNDS, _STEPS, _CONVERGED = 15, 20, 1e-9
+_ROUNDS, _STEPS, _CONVERGED = 15, 10, 1e-9
 _SMOOTHED = 3
 """Cells along either side over which heights are averaged where the scar is looked for."""
 _EDGE, _STANDS_OUT, _NO_NOISE = 2.0, 4.0, 8.0
@@ -39,7 +39,7 @@ _SPIKE, _SPIKE_WIDTH = 0.1, 5
 """Share of the depth, and cells of the median, by which a spike stands out of its neighborhood."""
 _FEWEST_UNWORN = 0.1
 """Share of the map that has to be unworn."""
-_FEWEST_ACROSS = 5
+_FEWEST_ACROSS = 8
 """Scan lines, and columns of cells, that have to lead through a scar."""
 _MOST_MISSING = 0.25
 """Share of the scar that may be missing."""
@@ -94,7 +94,7 @@ def volume_below_sphere(lines: Sequence[Profile], radius: Quantity) -> MapVolume
     """
     grid = height_map(lines)
     _refuse_too_wide(grid, radius.value)
-    scar = _without_spikes(_find(grid, radius.value), radius.value)
+    scar = _without_spikes(_find(grid, *_at_first(grid, radius.value)))
     _refuse_missing(scar)
     return _integrated(scar, radius)
 
@@ -193,18 +193,29 @@ def _dilated(mask: Mask, cells: int) -> Mask:
     return np.asarray(binary_dilation(mask, iterations=cells)) if cells else mask
 
 
-def _find(grid: HeightMap, radius: float) -> _Scar:
-    """Find the unworn sphere and the scar, each by the other."""
+def _at_first(grid: HeightMap, radius: float) -> tuple[_Sphere, Mask]:
+    """Return the sphere along the edge of the map, and the cells there."""
+    away = _from_edge(grid)
+    frame = grid.measured & (away <= max(1.0, _FRAME * float(np.max(away))))
+    return _robust(grid, frame, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height)))), frame
+
+
+def _from_edge(grid: HeightMap) -> Column:
+    """Return the distance of each cell from the edge of the map, in cells; 1 at the edge, 0 outside."""
     from scipy.ndimage import distance_transform_edt
 
-    inside = grid.inside()
-    away = distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1]
-    unworn = grid.measured & (away <= _FRAME * np.max(away))
-    sphere = _robust(grid, unworn, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height))))
+    return np.asarray(distance_transform_edt(np.pad(grid.inside(), 1))[1:-1, 1:-1])
+
+
+def _find(grid: HeightMap, sphere: _Sphere, unworn: Mask) -> _Scar:
+    """Find the unworn sphere and the scar, each by the other, from a first guess on."""
+    away = _from_edge(grid)
+    inside = away > 0
     for _ in range(_ROUNDS):
         scar = _seen(grid, inside, sphere, unworn)
         before, unworn = unworn, scar.unworn
         if np.count_nonzero(unworn) < _FEWEST_UNWORN * np.count_nonzero(inside):
+            _refuse_coarse(scar)
             raise _at_the_edge()
         sphere = _fitted(grid, unworn, sphere)
         if np.array_equal(before, unworn):
@@ -212,7 +223,7 @@ def _find(grid: HeightMap, radius: float) -> _Scar:
     _refuse_coarse(scar)
     if np.any(_dilated(scar.worn, scar.margin) & (away <= 1)):
         raise _at_the_edge()
-    return _seen(grid, inside, sphere, unworn)
+    return replace(_seen(grid, inside, sphere, unworn), unworn=unworn)
 
 
 def _robust(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
@@ -274,7 +285,7 @@ def _at_the_edge() -> FitError:
     )
 
 
-def _without_spikes(scar: _Scar, radius: float) -> _Scar:
+def _without_spikes(scar: _Scar) -> _Scar:
     """Return the scar with spikes treated as missing."""
     from scipy.ndimage import median_filter
 
@@ -284,7 +295,8 @@ def _without_spikes(scar: _Scar, radius: float) -> _Scar:
     spikes = grid.measured & (off > max(_NO_NOISE * spread, _SPIKE * scar.depth))
     if not np.any(spikes):
         return scar
-    return _find(replace(grid, height=np.where(spikes, np.nan, grid.height)), radius)
+    grid = replace(grid, height=np.where(spikes, np.nan, grid.height))
+    return _find(grid, scar.sphere, scar.unworn & ~spikes)
 
 
 def _refuse_coarse(scar: _Scar) -> None:
@@ -296,13 +308,13 @@ def _refuse_coarse(scar: _Scar) -> None:
         found = f"{through} scan lines" if through < _FEWEST_ACROSS else f"{columns} points of a scan line"
         raise FitError(
             f"map: found {found} across the scar; expected at least {_FEWEST_ACROSS}; measure with a smaller distance "
-            "between points and between scan lines"
+            "between points and between scan lines, or export only the line through the middle of the scar"
         )
 
 
 def _refuse_missing(scar: _Scar) -> None:
     grid, worn = scar.grid, scar.worn
-    missing = float(np.sum(np.where(grid.measured, grid.spare, grid.area)[worn]) / np.sum(grid.area[worn]))
+    missing = float(np.sum(grid.area[worn & ~grid.measured]) / np.sum(grid.area[worn]))
     if missing > _MOST_MISSING:
         raise FitError(
             f"map: found no heights in {100 * missing:.0f} % of the scar; expected at most {100 * _MOST_MISSING:.0f} "
