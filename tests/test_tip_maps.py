@@ -235,7 +235,7 @@ started = 2026-03-01T09:30:00+01:00
 
 [contact]
 kind = "pin-on-disc"
-pin = { radius = "3 mm", material = "100Cr6", youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
+pin = { shape = "spherical", radius = "3 mm", material = "100Cr6", youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
 disc = { material = "steel", youngs_modulus = "210 GPa", poisson_ratio = 0.3 }
 
 [conditions]

@@ -30,10 +30,10 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
-    "drift_correction": 5,
+    "drift_correction": 6,
     "friction_fit": 4,
-    "specific_wear": 4,
-    "wear_fit": 9,
+    "specific_wear": 5,
+    "wear_fit": 10,
     "prediction": 5,
     "local_wear": 1,
     "study": 6,
