@@ -12,6 +12,7 @@ from tribopipe.results.specific_wear import measured_quantities, measured_quanti
         ("pin_scar_diameter", "scar diameter"),
         ("curved_disc_wear_volume", "wear volume"),
         ("drum_profile", "profile"),
+        ("pin_height_map", "height map"),
         ("pin_mass_loss", "mass loss"),
     ],
 )
@@ -23,6 +24,7 @@ def test_quantity_of_a_key(key, words):
     ("anchor", "words"),
     [
         ("pin_wear_depth", "wear depth of the pin"),
+        ("pin_height_map", "height map of the pin"),
         ("pin_scar_diameter + drum_wear_depth", "scar diameter of the pin and wear depth of the drum"),
         ("curved_disc_track_width", "track width of the crowned disc"),
     ],

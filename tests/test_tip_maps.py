@@ -145,7 +145,7 @@ def test_depth_and_volume_of_the_pin_follow_from_its_map():
     ball = WornBall(radius=RADIUS, scar=0.25e-3, size=1.8, curvature=0.4)
     run = mapped_run(ball)
     (way,) = pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"]
-    assert (way.name, end_wear(run, DefaultUncertainty()).anchor) == ("pin_map", "pin_map")
+    assert (way.name, end_wear(run, DefaultUncertainty()).anchor) == ("pin_height_map", "pin_height_map")
     assert way.volume.value == pytest.approx(ball.volume, rel=5e-3)
     assert float(worn_volume(depth=way.depth.value, sphere_radius=RADIUS)) == pytest.approx(way.volume.value, rel=1e-3)
 
@@ -269,14 +269,15 @@ def test_k_d_of_the_pin_follows_from_a_map_in_its_run_folder(tmp_path, run_cli, 
     assert done.exit_code == 0, done.stderr
     (run,) = json.loads(done.stdout)["runs"]
     pin = run["specific_wear"]["pin"]
-    assert pin["volume_by"] == "pin_map"
+    assert pin["volume_by"] == "pin_height_map"
     assert pin["volume"]["value"] == pytest.approx(ball.volume, rel=5e-3)
-    k_d = run["wear_fits"]["archard"]["wear_coefficient"]
+    k_d = run["wear_fits"]["archard"]["bodies"]["pin"]["wear_coefficient"]
     assert k_d["value"] == pytest.approx(ball.volume / (5 * slid), rel=0.03)
     assert run_cli("verify", cwd=tmp_path).exit_code == 0
     assert run_cli("reproduce", cwd=tmp_path).exit_code == 0
     report = run_cli("report", "mapped", cwd=tmp_path)
     assert report.exit_code == 0, report.stderr
+    assert "from the height map" in (tmp_path / "mapped.html").read_text(encoding="utf-8")
     again = Archive(tmp_path / "archive").raw("mapped").profiles
     assert again[f"{KEY}[0]"].across == pytest.approx(-0.5e-3)
     assert again[f"{KEY}[0]"].scan == "tip.csv"

@@ -43,7 +43,7 @@ from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, S
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import Profile, RawRun
 
-PIN_MAP = "pin_map"
+PIN_MAP = "pin_height_map"
 """Volume by a height map of the tip."""
 PIN_VOLUMES = ("pin_wear_volume", "pin_mass_loss", PIN_MAP)
 SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")

@@ -166,9 +166,10 @@ def _profiles(run: RawRun) -> Iterator[Part]:
     for number, (name, profile) in enumerate(run.profiles.items()):
         heads = ["position [m]", "height [m]"]
         content = _rows(heads, [profile.position, profile.height])
-        yield Part(
-            f"tables/profile-{number}.csv", content, f"{name}: a profile across the worn surface", CSV, tuple(heads)
-        )
+        meaning = f"{name}: a profile across the worn surface"
+        if profile.across is not None:
+            meaning = f"{name}: the scan line at {profile.across:.9g} m across the height map {profile.scan}"
+        yield Part(f"tables/profile-{number}.csv", content, meaning, CSV, tuple(heads))
 
 
 def _fields(archive: Archive, run_id: str, name: StepName) -> Iterator[Part]:
