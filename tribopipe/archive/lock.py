@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
+from tribopipe.archive.remote import refuse_writing
 from tribopipe.base.errors import ArchiveError, printable
 
 LOCKS = ".locks"
@@ -56,6 +57,7 @@ def history_lock(folder: Path) -> AbstractContextManager[None]:
 def _held(folder: Path, share: str, name: str, *, wait: bool = True) -> Iterator[None]:
     from filelock import FileLock, Timeout
 
+    refuse_writing(folder)
     locks = folder / LOCKS
     locks.mkdir(parents=True, exist_ok=True)
     lock = FileLock(locks / f"{share}.lock", timeout=SILENT, poll_interval=_LOOK_EVERY, mode=0o666)

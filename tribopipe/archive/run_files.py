@@ -19,6 +19,7 @@ from tribopipe.archive.lock import writers_lock
 from tribopipe.archive.nexus import text
 from tribopipe.archive.outline import RunOutline, read_outline
 from tribopipe.archive.provenance import raw_digest
+from tribopipe.archive.remote import RemotePath, archive_path, names_in, refuse_writing, studies_with
 from tribopipe.archive.runfile import (
     MANIFEST_TEXT,
     copy_additions,
@@ -69,7 +70,7 @@ class RunFiles:
     """The files of the runs and studies in a folder. Every call reads them; nothing is kept in memory."""
 
     def __init__(self, folder: Path | str) -> None:
-        self.folder = Path(folder)
+        self.folder = archive_path(folder)
         self._drive = drive_of(self.folder)
         self._is_tidy = False
 
@@ -339,6 +340,8 @@ class RunFiles:
 
     def studies_of(self, run_id: str) -> list[str]:
         """Return the ids of the studies that a run is part of; files that hold no study are passed over."""
+        if isinstance(self.folder, RemotePath):
+            return sorted(studies_with(self.folder, run_id), key=natural_order)
         return [study_id for study_id in self.study_ids() if run_id in self._members(study_id)]
 
     def _members(self, study_id: str) -> tuple[str, ...]:
@@ -447,6 +450,7 @@ class RunFiles:
     @contextmanager
     def _held(self, path: Path) -> Iterator[None]:
         """Hold the lock of a file's writers; its folder is made where there is none, and tidied the first time."""
+        refuse_writing(self.folder)
         if not self._is_tidy:
             self.tidy()
         with ExitStack() as held:
@@ -465,6 +469,7 @@ class RunFiles:
 
     def begin(self) -> None:
         """Make the folder where there is none. Raises ``ArchiveError`` where that cannot be done."""
+        refuse_writing(self.folder)
         try:
             self._make_folder(self.folder)
         except OSError as error:
@@ -521,16 +526,23 @@ def _found_in(error: ArchiveError) -> str:
 
 
 def _ids(folder: Path) -> list[str]:
-    if not folder.is_dir():
+    if isinstance(folder, RemotePath):
+        found = names_in(folder)
+    elif not folder.is_dir():
         return []
+    else:
+        found = _names_in(folder)
+    return sorted((name.removesuffix(SUFFIX) for name in found if not name.startswith(".")), key=natural_order)
+
+
+def _names_in(folder: Path) -> list[str]:
     try:
         with os.scandir(folder) as entries:
-            found = [entry.name for entry in entries if entry.name.endswith(SUFFIX) and entry.is_file()]
+            return [entry.name for entry in entries if entry.name.endswith(SUFFIX) and entry.is_file()]
     except OSError as error:
         raise ArchiveError(
             f"{folder}: cannot be read ({error.strerror or error}); expected an archive folder; check its permissions"
         ) from None
-    return sorted((name.removesuffix(SUFFIX) for name in found if not name.startswith(".")), key=natural_order)
 
 
 def _refuse_odd(path: Path) -> None:

@@ -179,4 +179,4 @@ class Archive(RunFiles):
 
 def open_archive(folder: Path | str = "archive") -> Archive:
     """Return the archive in a folder, which need not exist yet."""
-    return Archive(Path(folder))
+    return Archive(folder)

@@ -51,6 +51,11 @@ def undone_by(undo: Callable[[], object]) -> Iterator[None]:
         _unfinished.remove(undo)
 
 
+def undone_at_end(undo: Callable[[], object]) -> None:
+    """Have something undone if the process is asked to end; where it ends otherwise, it is undone elsewhere."""
+    _unfinished.append(undo)
+
+
 def undo_all() -> None:
     """Undo what was begun and is not finished, the last first."""
     for undo in reversed(_unfinished):

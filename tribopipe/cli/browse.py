@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from tribopipe.cli.listing import up_to_date
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, crew, require_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ReadableArchive, crew, require_archive
 from tribopipe.cli.output import finish, progress, say
 
 Port = Annotated[int, typer.Option("--port", help="Port; default: any free port.", min=0, max=65_535)]
@@ -18,7 +18,7 @@ SERVER_PACKAGES = ("anyio", "fastapi", "h5grove", "starlette", "uvicorn")
 """Packages of the extra web."""
 
 
-def browse(archive: ArchiveFolder = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
+def browse(archive: ReadableArchive = DEFAULT_ARCHIVE, port: Port = 0, no_browser: NoBrowser = False) -> None:
     """Show an archive in the web browser. Press Ctrl-C to stop.
 
     The pages are accessible only from this computer, at the printed address, and are read-only.

@@ -10,6 +10,7 @@ from tribopipe.cli.options import (
     ArchiveFolder,
     AsJson,
     HelpPanels,
+    ReadableArchive,
     Replace,
     archived_names,
     load_archive,
@@ -66,7 +67,7 @@ def export_dataset(
         ),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Include a report of each run.")] = True,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
     as_json: AsJson = False,
 ) -> None:

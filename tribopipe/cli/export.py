@@ -12,10 +12,10 @@ from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_d
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchivedIds,
-    ArchiveFolder,
     AsJson,
     Friction,
     Law,
+    ReadableArchive,
     Replace,
     Speed,
     archived_ids,
@@ -47,7 +47,7 @@ def export_csv(
         ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")] = Path("csv"),
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
     as_json: AsJson = False,
 ) -> None:
@@ -145,7 +145,7 @@ def export_runs(
             "Excel expects in most European locales.",
         ),
     ] = False,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
@@ -224,7 +224,7 @@ def umeshmotion(
         ),
     ] = "0",
     output: Annotated[Path | None, typer.Option("--output", help="Output folder; default: umeshmotion-ID.")] = None,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
     as_json: AsJson = False,
 ) -> None:

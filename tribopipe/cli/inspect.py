@@ -9,9 +9,9 @@ import typer
 
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
-    ArchiveFolder,
     AsJson,
     HelpPanels,
+    ReadableArchive,
     Verbose,
     archived_ids,
     load_archive,
@@ -38,7 +38,7 @@ PositionUnit = Annotated[
 ]
 HeightUnit = Annotated[str | None, typer.Option(help="Unit of the heights, such as um, if the file states no unit.")]
 _FIGURES = Path("figures")
-"""Folder for the figures of a file, in the current folder."""
+"""Folder for the figures of a file, or of a run in a remote archive, in the current folder."""
 _MOST_REASONS = 4
 """Number of profiles up to which the reason for a missing track is given for each."""
 
@@ -129,6 +129,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     """Report on the profiles of an archived run, save all figures of the run, and return the results as JSON types."""
     from tribopipe.archive.file_signature import FIGURES
+    from tribopipe.archive.remote import RemotePath
     from tribopipe.evaluation.measurements.track_profile import examined, reference_radius
     from tribopipe.views.archived_figures import save_run_figures
     from tribopipe.views.profile_figures import save_profile_figures
@@ -139,9 +140,11 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
         key: examined(profile, None if (radius := radii[key]) is None else radius.value)
         for key, profile in raw.profiles.items()
     }
-    shown = _Shown(raw.profiles, found, save_profile_figures(raw.profiles, found, store.folder / FIGURES, run_id))
+    into = _FIGURES if isinstance(store.folder, RemotePath) else None
+    drawn = save_profile_figures(raw.profiles, found, into or store.folder / FIGURES, run_id)
+    shown = _Shown(raw.profiles, found, drawn)
     shown.tell("\nwear track in each profile")
-    for path in save_run_figures(store, run_id):
+    for path in save_run_figures(store, run_id, into=into):
         print_result(str(path))
     return shown.document()
 
@@ -174,7 +177,7 @@ def show(
             help="ID of an archived run, or a file with a profile.", metavar="ID|FILE", autocompletion=archived_ids
         ),
     ],
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     path: Annotated[
         str | None, typer.Option(help="Part of the run's HDF5 file to show, such as /entry/wear.", metavar="PATH")
     ] = None,

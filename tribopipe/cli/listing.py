@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from tribopipe.base.column_formatting import NOTHING, Number, in_power, number_column
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, AsJson, require_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, AsJson, ReadableArchive, require_archive
 from tribopipe.cli.output import exit_with, fits, line_width, print_json, print_result, progress, table
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def ls(
     where: Where = "",
     sort: Sort = "id",
     columns: Columns = None,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     everything: Annotated[
         bool, typer.Option("--all", help="Show all rows on a terminal; output to files and pipes is always complete.")
     ] = False,

@@ -44,7 +44,38 @@ def archived_names(context: typer.Context) -> list[str]:
     return [*archived_ids(context), *archived_studies(context)]
 
 
-ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True)]
+def _local(archive: Path) -> Path:
+    """Return the folder of an archive. Raises ``ArchiveError`` for an address, before anything is done."""
+    if _may_be_address(archive):
+        from tribopipe.archive.remote import archive_path, refuse_writing
+
+        refuse_writing(archive_path(archive))
+    return archive
+
+
+def _local_or_remote(archive: Path) -> Path:
+    """Return the folder of an archive, or its path on remote storage."""
+    if not _may_be_address(archive):
+        return archive
+    from tribopipe.archive.remote import archive_path
+
+    return archive_path(archive)
+
+
+def _may_be_address(archive: Path) -> bool:
+    return ":" in str(archive)
+
+
+ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True, callback=_local)]
+ReadableArchive = Annotated[
+    Path,
+    typer.Option(
+        "--archive",
+        help="Archive folder, or address of a remote archive, such as https://host/archive.",
+        file_okay=True,
+        callback=_local_or_remote,
+    ),
+]
 AsJson = Annotated[
     bool, typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON document on stdout.")
 ]

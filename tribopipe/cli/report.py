@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from tribopipe.cli.options import DEFAULT_ARCHIVE, ArchiveFolder, Replace, archived_names, load_archive
+from tribopipe.cli.options import DEFAULT_ARCHIVE, ReadableArchive, Replace, archived_names, load_archive
 from tribopipe.cli.output import say
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def report(
         bool, typer.Option("--pdf", help="Write a PDF file, using an installed Chromium, Chrome or Edge.")
     ] = False,
     run: Annotated[bool, typer.Option("--run", help="Report the run if a study has the same ID.")] = False,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
 ) -> None:
     """Write a report of runs, or of a study, as one HTML or PDF file.

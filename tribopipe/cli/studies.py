@@ -14,6 +14,7 @@ from tribopipe.cli.options import (
     Force,
     HelpPanels,
     Law,
+    ReadableArchive,
     RecipeFile,
     Replace,
     Verbose,
@@ -153,7 +154,7 @@ def show(
             help="ID of an archived study; default: list all.", metavar="ID", autocompletion=archived_studies
         ),
     ] = None,
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     verbose: Verbose = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -265,7 +266,7 @@ def plan(
         str, typer.Option("--interval", help='Target half-width of the 95 % interval of k_D, such as "10 %".')
     ],
     model: Law = "archard",
-    archive: ArchiveFolder = DEFAULT_ARCHIVE,
+    archive: ReadableArchive = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     as_json: AsJson = False,
 ) -> None:

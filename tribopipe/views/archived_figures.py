@@ -93,17 +93,23 @@ def run_figures(archive: Archive, run_id: str) -> "dict[str, Figure]":
     return {what: figures[what] for what in _DRAWN if what in figures}
 
 
-def save_run_figures(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> list[Path]:
-    """Draw the available figures of a run. Return the files written, <archive>/figures/<id>-<what>.png.
+def save_run_figures(
+    archive: Archive, run_id: str, formats: Sequence[str] = (), into: Path | None = None
+) -> list[Path]:
+    """Draw the available figures of a run. Return the files written, <into>/<id>-<what>.png.
 
-    In ``formats`` that are named, figures are for print, with their captions as text. A figure that was drawn before of
-    what the run no longer has is deleted. Raises ``ArchiveError`` if the run is not in the archive, or figures
-    cannot be written.
+    In ``formats`` that are named, figures are for print, with their captions as text. ``into`` is the archive's own
+    figures/ unless named; there, a figure that was drawn before of what the run no longer has is deleted. Raises
+    ``ArchiveError`` if the run is not in the archive, or figures cannot be written.
     """
     figures = run_figures(archive, run_id)
-    folder, endings = archive.folder / FIGURES, [f".{name}" for name in formats or ("png",)]
+    endings = [f".{name}" for name in formats or ("png",)]
     named = {f"{run_id}-{what}{ending}": figure for what, figure in figures.items() for ending in endings}
     captions = {f"{run_id}-{what}.txt": RUN_CAPTIONS[what] for what in figures} if formats else None
+    if into is not None:
+        save_figures(into, named, captions)
+        return [into / name for name in named]
+    folder = archive.folder / FIGURES
     save_beside(archive, run_id, named, captions)
     for what in set(_DRAWN) - figures.keys():
         for ending in (*endings, ".txt"):

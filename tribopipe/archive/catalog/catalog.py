@@ -16,6 +16,7 @@ from tribopipe.archive.catalog.database import NOTED, Database, sum_of, transact
 from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, in_order
 from tribopipe.archive.catalog.query import parse_where, where_clause
 from tribopipe.archive.file_signature import STUDIES, Stamp, stamps
+from tribopipe.archive.remote import RemotePath, stamps_of
 from tribopipe.base.errors import NotInstalledError, TribopipeError
 
 
@@ -154,13 +155,13 @@ class Catalogue:
     @property
     def revision(self) -> str:
         """A text that is another one whenever a file of the archive is; nothing but the folder is looked at."""
-        seen = "\n".join(f"{name} {stamp}" for name, stamp in sorted(stamps(self.folder).items()))
+        seen = "\n".join(f"{name} {stamp}" for name, stamp in sorted(_stamps(self.folder).items()))
         return hashlib.sha256(seen.encode("utf-8", "surrogateescape")).hexdigest()[:16]
 
     def waiting(self) -> list[str]:
         """Return the files that the next refresh has to look into, or to forget."""
         with self._lock:
-            return self._database.do(lambda connection: _changed(connection, stamps(self.folder)))
+            return self._database.do(lambda connection: _changed(connection, _stamps(self.folder)))
 
     def refresh(self, advance: Advance | None = None) -> None:
         """Bring the catalog up to date; ``advance`` is given the name of each file that was looked into."""
@@ -195,7 +196,7 @@ class Catalogue:
             )
 
     def _refresh(self, connection: sqlite3.Connection, advance: Advance | None = None) -> None:
-        seen = stamps(self.folder)
+        seen = _stamps(self.folder)
         if gone := _gone(connection, seen):
             with transaction(connection):
                 forget(connection, gone)
@@ -216,15 +217,19 @@ class Catalogue:
             forget(connection, [name for (name, _), note in zip(batch, notes, strict=True) if note is None])
 
 
-def _changed(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> list[str]:
+def _stamps(archive: Path) -> Mapping[str, Stamp]:
+    return stamps_of(archive) if isinstance(archive, RemotePath) else stamps(archive)
+
+
+def _changed(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> list[str]:
     return [*(name for name, _ in _to_look_into(connection, seen)), *sorted(_gone(connection, seen))]
 
 
-def _gone(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> set[str]:
+def _gone(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> set[str]:
     return noted(connection).keys() - seen.keys()
 
 
-def _to_look_into(connection: sqlite3.Connection, seen: dict[str, Stamp]) -> list[tuple[str, Stamp]]:
+def _to_look_into(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> list[tuple[str, Stamp]]:
     known = noted(connection)
     return [
         (name, stamp) for name, stamp in sorted(seen.items()) if name not in known or not known[name].still_holds(stamp)

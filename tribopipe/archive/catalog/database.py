@@ -4,6 +4,7 @@ It holds nothing that cannot be read from the archive again, so that nothing is 
 """
 
 import marshal
+import os
 import sqlite3
 import time
 import zlib
@@ -143,7 +144,7 @@ class Database:
     def _kept(self) -> sqlite3.Connection:
         """Return the connection there is, or open the file as it was kept."""
         if self._connection is None:
-            self._connection = _connected(str(self._path), self._patience)
+            self._connection = _connected(os.fspath(self._path), self._patience)
             _make_tables(self._connection)
         elif not _is_this_version(self._connection):
             raise sqlite3.DatabaseError("written by another version meanwhile")
@@ -180,7 +181,7 @@ def read_only(archive: Path) -> sqlite3.Connection:
 
     Raises ``DatabaseError`` where it cannot be read, is damaged, or of another version.
     """
-    connection = _connected(f"{(archive / FILE_NAME).absolute().as_uri()}?mode=ro", _WAIT, uri=True)
+    connection = _connected(f"{Path(os.fspath(archive / FILE_NAME)).absolute().as_uri()}?mode=ro", _WAIT, uri=True)
     try:
         if not _is_this_version(connection):
             raise sqlite3.DatabaseError("written by another version")
