@@ -23,7 +23,9 @@ from pydantic import ValidationError
 from tribopipe.archive import nexus
 from tribopipe.archive.formats import FORMAT_TEXT, RUN_FORMAT, STUDY_FORMAT, Format, check_format, format_of
 from tribopipe.archive.hdf5_guard import check_parts, own_datasets, was_looked_through
-from tribopipe.archive.seal import check_seal, is_sealed
+from tribopipe.archive.remote import readable
+from tribopipe.archive.remote_blocks import BlockFile
+from tribopipe.archive.seal import SEAL_SIZE, check_beginning, check_seal, is_sealed
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.failures import number_of, unreadable
 from tribopipe.base.process_lifecycle import undone_by
@@ -47,28 +49,46 @@ def opened(path: Path, parts: Sequence[str] | None = None) -> Iterator[h5py.File
     Raises ``ArchiveError`` where a byte of it is not as it was written, it has no seal, it holds what tribopipe never
     writes, or it cannot be read.
     """
+    source = readable(path)
     try:
-        if is_sealed(path):
-            check_seal(path)
-        file = h5py.File(path, "r", locking=False)
+        sealed = _check_beginning(path, source) if isinstance(source, BlockFile) else _check_whole(path)
+        file = h5py.File(source, "r", locking=False)
     except OSError as error:
-        raise ArchiveError(f"{path}: {_why_not_opened(error)}") from error
+        raise _fetching_failed(source) or ArchiveError(f"{path}: {_why_not_opened(error)}") from error
     with file:
         try:
             if not was_looked_through(file):
                 check_parts(file, [FORMAT_TEXT, *(parts or ())])
                 if parts is None and format_of(file) is not None:
                     own_datasets(file)
-            if not is_sealed(path):
+            if not sealed:
                 _refuse_unsealed(file, path)
             yield file
         except NOT_READ as error:
+            if failed := _fetching_failed(source):
+                raise failed from error
             if number := number_of(error):
                 raise ArchiveError(f"{path}: {unreadable(number)}") from error
             raise ArchiveError(
                 f"{path}: found a damaged file ({_why(error)}); expected an unmodified tribopipe file; restore it "
                 "from a backup"
             ) from error
+
+
+def _check_whole(path: Path) -> bool:
+    """Check every byte of a sealed file; return whether it is one."""
+    if sealed := is_sealed(path):
+        check_seal(path)
+    return sealed
+
+
+def _check_beginning(path: Path, source: BlockFile) -> bool:
+    """Check the length of a file that is read in blocks; return whether it is sealed."""
+    return check_beginning(path, source.blocks.read_at(0, 2 * SEAL_SIZE), source.blocks.size)
+
+
+def _fetching_failed(source: Path | BlockFile) -> ArchiveError | None:
+    return source.failed if isinstance(source, BlockFile) else None
 
 
 def _why(error: Exception) -> str:

@@ -24,6 +24,7 @@ from h5py import h5d, h5g, h5l, h5o, h5p, h5t, h5z
 from numpy.typing import NDArray
 
 from tribopipe.archive.file_signature import Stamp, stamp_of
+from tribopipe.archive.remote_blocks import blocks_named
 from tribopipe.base.errors import ArchiveError
 
 _MOST_BYTES = 64 << 20
@@ -49,7 +50,8 @@ class RawFile:
 
     def __init__(self, file: h5py.File) -> None:
         self._base = int(file.userblock_size)
-        self._handle = int(file.id.get_vfd_handle())
+        self._blocks = blocks_named(file.filename)
+        self._handle = -1 if self._blocks is not None else int(file.id.get_vfd_handle())
         self._path = Path(file.filename)
         self._whole_heaps: set[int] = set()
 
@@ -57,7 +59,9 @@ class RawFile:
         """Return so many bytes."""
         if not 0 <= size <= _MOST_BYTES or place >= _FARTHEST:
             raise ValueError(f"{size:,} bytes at {place:,}, beyond the end of any file")
-        if hasattr(os, "pread"):
+        if self._blocks is not None:
+            found = self._blocks.read_at(self._base + place, size)
+        elif hasattr(os, "pread"):
             found = os.pread(self._handle, size, self._base + place)
         else:  # on Windows, where nobody replaces a file that is open
             with self._path.open("rb") as file:
@@ -69,6 +73,8 @@ class RawFile:
 
     def stamp(self) -> Stamp:
         """Return size and time stamps of the file."""
+        if self._blocks is not None:
+            return Stamp(self._blocks.size, 0, 0, 0)
         return stamp_of(os.fstat(self._handle) if hasattr(os, "pread") else self._path.stat())
 
     def text_lengths(self, dataset: h5py.h5d.DatasetID) -> Lengths:

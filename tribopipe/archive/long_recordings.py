@@ -15,6 +15,7 @@ import numpy as np
 from tribopipe.archive import nexus
 from tribopipe.archive.file_access import opened
 from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
+from tribopipe.archive.remote import archive_path
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError
 from tribopipe.documents.signals import SIGNALS, SignalName
@@ -61,7 +62,7 @@ def read_recording(entry: h5py.Group) -> Recording | None:
         return None
     group, names = entry[RECORDED], _names(entry)
     starts = unpacked(group["first_of_mean"]).astype(np.int64)
-    again = partial(_blocks, Path(entry.file.filename), names)
+    again = partial(_blocks, archive_path(entry.file.filename), names)
     return Recording(len(group[names[0]]), int(group.attrs["mean_of"]), starts, again)
 
 

@@ -2,9 +2,11 @@
 
 A web server has no listing, so the catalog names the files of an archive. It is fetched as a whole into a temporary
 folder; a run or study follows when it is first read, as one file, so that its seal can be checked before HDF5 looks at
-it. The folder goes with the process. fsspec is imported for an address alone.
+it. Of a large file, HDF5 reads blocks by range requests, and its seal is not checked. The folder goes with the process.
+fsspec is imported for an address alone.
 """
 
+import os
 import re
 import sqlite3
 import warnings
@@ -12,11 +14,13 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from stat import S_IFREG, S_ISREG
 from tempfile import TemporaryDirectory
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tribopipe.archive.file_signature import STUDIES, Stamp
+from tribopipe.archive.remote_blocks import BLOCK, BlockFile, RemoteBlocks
 from tribopipe.base.errors import ArchiveError, printable
 from tribopipe.base.files import sha256_of
 from tribopipe.base.process_lifecycle import undone_at_end
@@ -24,10 +28,14 @@ from tribopipe.version import VERSION
 
 CONNECT_WITHIN, ANSWER_WITHIN = 10.0, 30.0
 """How long a web server may take to accept a connection, and to send the next bytes, s."""
+LARGEST_WHOLE = 16 << 20
+"""Bytes of a file that is fetched as a whole; one request is quicker than those for its blocks."""
 _ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):[/\\]{1,2}(?=[^/\\])")
 """How an address begins, as it is typed or as pathlib keeps it; the drives of Windows have one letter."""
 _NAMES = re.compile(rf"(?:{STUDIES}/)?[^./\\:\0][^/\\:\0]*\.h5")
 """Names that a catalog may give to files: none of them leads out of the temporary folder."""
+_CHANGED = 412
+"""Status of a web server that has another file than it was asked for."""
 _LONGEST = 200
 """Characters of what a storage states about an error."""
 
@@ -49,6 +57,32 @@ class RemotePath(_SystemPath):
             if (archive := _archives.get(str(place))) is not None:
                 return str(archive.local(self.relative_to(place).as_posix()))
         return super().__str__()
+
+    @property
+    def blocks(self) -> RemoteBlocks | None:
+        """The blocks of a large file; none of another one, which is fetched as a whole."""
+        for place in (self, *self.parents):
+            if (archive := _archives.get(str(place))) is not None:
+                return archive.blocks(self.relative_to(place).as_posix())
+        return None
+
+    def stat(self, *, follow_symlinks: bool = True) -> os.stat_result:
+        """Return what is known of the file; a large one is not fetched for that."""
+        if (blocks := self.blocks) is not None:
+            return os.stat_result((S_IFREG, 0, 0, 1, 0, 0, blocks.size, 0, 0, 0), {"st_mtime_ns": 0, "st_ctime_ns": 0})
+        return super().stat(follow_symlinks=follow_symlinks)
+
+    def exists(self, *, follow_symlinks: bool = True) -> bool:
+        """Return whether there is such a file or folder."""
+        try:
+            self.stat(follow_symlinks=follow_symlinks)
+        except FileNotFoundError:
+            return False
+        return True
+
+    def is_file(self, *, follow_symlinks: bool = True) -> bool:
+        """Return whether there is such a file."""
+        return self.exists() and S_ISREG(self.stat(follow_symlinks=follow_symlinks).st_mode)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Be known to another process, too, which fetches its own copies."""
@@ -81,8 +115,15 @@ def archive_path(folder: Path | str) -> Path:
     if not typed or _ADDRESS.match(text) is None:
         return path
     remote = RemotePath(text)
-    _archives.setdefault(str(remote), RemoteArchive(str(remote)))
+    if not any(str(place) in _archives for place in (remote, *remote.parents)):
+        _archives[str(remote)] = RemoteArchive(str(remote))
     return remote
+
+
+def readable(path: Path) -> Path | BlockFile:
+    """Return what HDF5 opens: the path, or the blocks of a large remote file."""
+    blocks = path.blocks if isinstance(path, RemotePath) else None
+    return path if blocks is None else BlockFile(blocks)
 
 
 def refuse_writing(folder: Path) -> None:
@@ -124,6 +165,20 @@ class RemoteArchive:
                     copies.storage.fetch(name, path)
                     self._warn_if_changed(name, path, listed)
         return path
+
+    def blocks(self, name: str) -> RemoteBlocks | None:
+        """Return the blocks of a large file; none where it is here as a whole, or the server knows no ranges.
+
+        Raises ``ArchiveError`` where the first one cannot be fetched.
+        """
+        copies = self._begun()
+        listed, path = copies.files.get(name), copies.folder / name
+        if listed is None or listed.stamp.size <= LARGEST_WHOLE or path.exists():
+            return None
+        with self._locks[name]:
+            if name not in copies.blocks:
+                copies.blocks[name] = copies.storage.blocks(name, path)
+        return copies.blocks[name]
 
     def stamps(self) -> Mapping[str, Stamp]:
         """Return the stamps of all runs and studies as the catalog has them, by their names."""
@@ -183,6 +238,7 @@ class _Copies:
         self.folder = Path(self._scratch.name)
         (self.folder / STUDIES).mkdir()
         self.storage.fetch(FILE_NAME, self.folder / FILE_NAME)
+        self.blocks: dict[str, RemoteBlocks | None] = {}
         self.files = _files_in(self.folder, f"{address}/{FILE_NAME}")
 
 
@@ -218,12 +274,11 @@ class _Storage:
     """The files below an address."""
 
     def __init__(self, address: str) -> None:
-        self._address = address
+        self._address, self._is_web = address, address.startswith(("http://", "https://"))
         with _sentences(address):
             from fsspec.core import url_to_fs
 
-            options = _http_options() if address.startswith(("http://", "https://")) else {}
-            self._files, self._root = url_to_fs(address, **options)
+            self._files, self._root = url_to_fs(address, **(_http_options() if self._is_web else {}))
 
     def fetch(self, name: str, path: Path) -> None:
         """Copy a file, whole or not at all. Raises ``ArchiveError`` where that cannot be done."""
@@ -232,6 +287,28 @@ class _Storage:
             self._files.get_file(f"{self._root}/{name}", str(part))
         part.replace(path)
 
+    def blocks(self, name: str, path: Path) -> RemoteBlocks | None:
+        """Return the blocks of a file; none where the server knows no ranges, which may then have sent it whole.
+
+        Raises ``ArchiveError`` where it cannot be read.
+        """
+        where, file = f"{self._address}/{name}", f"{self._root}/{name}"
+        with _sentences(where):
+            about = self._files.info(file)
+            size, same = about.get("size"), _if_unchanged(about.get("ETag", "")) if self._is_web else {}
+            begins = self._files.cat_file(file, start=0, end=BLOCK, **same) if size else b""
+        if size and len(begins) == size > BLOCK:
+            path.write_bytes(begins)
+        if not size or len(begins) != BLOCK:
+            return None
+
+        def fetch(start: int, end: int) -> bytes:
+            with _sentences(where):
+                found: bytes = self._files.cat_file(file, start=start, end=end, **same)
+            return found
+
+        return RemoteBlocks(where, size, fetch, path.with_name(f"{path.name}.blocks"))
+
 
 def _http_options() -> dict[str, Any]:
     """Return how web servers are asked: through the proxy of the environment, and not waited for without end."""
@@ -239,6 +316,11 @@ def _http_options() -> dict[str, Any]:
 
     timeout = ClientTimeout(total=None, sock_connect=CONNECT_WITHIN, sock_read=ANSWER_WITHIN)
     return {"client_kwargs": {"timeout": timeout, "trust_env": True}}
+
+
+def _if_unchanged(version: str) -> dict[str, Any]:
+    """Return how a web server is asked for parts of a file as long as it is the same; weak ETags do not tell."""
+    return {"headers": {"If-Match": version}} if version.startswith('"') else {}
 
 
 @contextmanager
@@ -265,6 +347,8 @@ def _why(error: Exception) -> str:
         )
     if isinstance(error, PermissionError) or getattr(error, "status", 0) in (401, 403):
         return f"access is refused ({_said(error)}); expected permission to read; check the address and credentials"
+    if getattr(error, "status", 0) == _CHANGED:
+        return "found that the file has changed while it was read; expected an unchanged file; run the command again"
     if isinstance(error, TimeoutError):
         return "found no answer in time; expected a file; check the connection, and try again"
     return f"cannot be read ({_said(error)}); expected a file; check the address and the connection, and try again"

@@ -43,6 +43,7 @@ from tribopipe.archive.formats import RUN_FORMAT, run_name, write_definition
 from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
 from tribopipe.archive.long_recordings import read_recording, write_recorded
 from tribopipe.archive.provenance import environment, raw_digest
+from tribopipe.archive.remote import archive_path
 from tribopipe.archive.step_names import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError, NotInstalledError
@@ -216,7 +217,7 @@ def members(group: h5py.Group) -> Iterator[Any]:
 def _read_source(note: h5py.Group) -> SourceFile:
     """Read what a source file is."""
     data, checksum = note["data"], nexus.text(note, "checksum")
-    read = partial(_source_again, Path(note.file.filename), note.name, checksum)
+    read = partial(_source_again, archive_path(note.file.filename), note.name, checksum)
     return UnheldSource(nexus.text(note, "file_name"), int(data.size), checksum, read)
 
 

@@ -68,6 +68,16 @@ def check_seal(path: Path) -> None:
         check_every_byte(path)
 
 
+def check_beginning(path: Path, begins: bytes, size: int) -> bool:
+    """Return whether a file has a seal by its first bytes. Raises ``ArchiveError`` where its length is another one.
+
+    This is all that can be checked of a file that is not read whole.
+    """
+    if _length_said(begins[SEAL_SIZE:]) not in (None, size):
+        raise _damaged(path, "its length differs from that in its header")
+    return begins.startswith(_FIRST)
+
+
 def check_every_byte(path: Path) -> None:
     """Read a file whole, whatever is known of it. Raises as ``check_seal`` does."""
     stamp = stamp_of(path.stat())

@@ -22,6 +22,7 @@ from starlette.responses import Response
 from tribopipe.archive.hdf5_compression import check_packed
 from tribopipe.archive.hdf5_guard import RawFile, check_attributes
 from tribopipe.archive.part_by_path import NoPart, Part, link_at, part_at
+from tribopipe.archive.remote import readable
 from tribopipe.archive.run_files import SUFFIX
 from tribopipe.browse.guard import inside
 
@@ -83,7 +84,7 @@ def _opened(folder: Path, file: str) -> Iterator[h5py.File]:
     if path.suffix != SUFFIX:
         raise HTTPException(404, f"found {file!r}; expected an HDF5 file in the archive; choose one ending in {SUFFIX}")
     try:
-        with h5py.File(path, "r", locking=False) as opened:
+        with h5py.File(readable(path), "r", locking=False) as opened:
             yield opened
     except (LookupError, MemoryError, OSError, OverflowError, RuntimeError, TypeError, ValueError) as error:
         why = str(error).partition("\n")[0]
