@@ -294,13 +294,13 @@ class _Storage:
         """
         where, file = f"{self._address}/{name}", f"{self._root}/{name}"
         with _sentences(where):
+            begins = self._files.cat_file(file, start=0, end=BLOCK)  # which tells more than info where it is refused
+            if len(begins) > BLOCK:
+                path.write_bytes(begins)
+            if len(begins) != BLOCK:
+                return None
             about = self._files.info(file)
-            size, same = about.get("size"), _if_unchanged(about.get("ETag", "")) if self._is_web else {}
-            begins = self._files.cat_file(file, start=0, end=BLOCK, **same) if size else b""
-        if size and len(begins) == size > BLOCK:
-            path.write_bytes(begins)
-        if not size or len(begins) != BLOCK:
-            return None
+        size, same = int(about["size"]), _if_unchanged(about.get("ETag", "")) if self._is_web else {}
 
         def fetch(start: int, end: int) -> bytes:
             with _sentences(where):
@@ -329,7 +329,7 @@ def _sentences(where: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        package = error.name or "s3fs"
+        package = (error.name or "s3fs").partition(".")[0]
         raise ArchiveError(
             f"{where}: found no package {package}; expected the packages of remote archives; run "
             '`pip install "tribopipe[remote]"`'
