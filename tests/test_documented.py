@@ -33,6 +33,7 @@ NOT_RUN = {
     "docs/new_run.md": 2,
     "docs/notebook.md": 2,
     "docs/process.md": 1,
+    "docs/remote.md": 2,
     "docs/report.md": 2,
     "docs/sweep.md": 1,
     "docs/tutorial.md": 1,
