@@ -185,31 +185,6 @@ def test_other_storage(listed):
     assert memory.cat(memory.find("/lab")) == before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("as_blocks", [False, True])
-def test_object_storage(request, listed, monkeypatch, as_blocks):
-    if as_blocks:
-        request.getfixturevalue("in_blocks")
-    server = pytest.importorskip("moto.server").ThreadedMotoServer(port=0, verbose=False)
-    server.start()
-    bucket, address = f"lab-{as_blocks}".lower(), f"http://127.0.0.1:{server.get_host_and_port()[1]}"
-    for name, value in {"AWS_ACCESS_KEY_ID": "x", "AWS_SECRET_ACCESS_KEY": "y"}.items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.setitem(fsspec.config.conf, "s3", {"endpoint_url": address})
-    try:
-        storage = fsspec.filesystem("s3")
-        storage.mkdir(bucket)
-        for name in (FILE_NAME, FILE):
-            storage.put_file(listed / name, f"{bucket}/archive/{name}")
-        away = Archive(f"s3://{bucket}/archive")
-        assert away.ids() == [RUN]
-        assert same_columns(away.raw(RUN), Archive(listed).raw(RUN))
-        with pytest.raises(ArchiveError, match="found no such file; expected an archive with the catalog"):
-            Archive("s3://nothing/archive")
-    finally:
-        server.stop()
-
-
 # --- nothing is written ---
 
 
