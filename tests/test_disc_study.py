@@ -188,7 +188,7 @@ def test_one_sided_runs_make_a_one_sided_study():
 
 def test_one_run_alone_owns_up_to_what_is_not_known():
     result = evaluate(Study(id="s", fit=("a",), laws=("archard",)), {"a": exact_member("a")}).result
-    assert result.notes[0].startswith("k_D is identified from one run, a: ")
+    assert result.notes[0].startswith("k_D is identified from a single run, a: ")
 
 
 def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_sentence():

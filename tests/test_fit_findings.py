@@ -120,7 +120,7 @@ def test_drift_page_shows_both_rates_and_what_the_model_finds(archive):
     assert told["drift rate"] == correction.drift_rate.shown("nm/min")
     assert told["drift rate (two-step correction)"] == correction.two_step_rate.shown("nm/min")
     assert told["probability of settling"] == f"{correction.model.settling_probability:.2f}"
-    assert told["slow wander (RMS)"] == correction.model.wander.shown("nm")
+    assert told["low-frequency fluctuations (RMS)"] == correction.model.wander.shown("nm")
 
 
 def test_settling_without_a_post_test_measurement_asks_for_one(tmp_path):

@@ -156,7 +156,7 @@ def test_name_for_two_files_is_told(content, tmp_path):
 
 def test_run_under_another_name_is_told(content, tmp_path):
     path = packed(tmp_path / "crate.zip", {"archive/other.h5": content}, described(content, "archive/other.h5"))
-    assert f"found content with the ID {RUN!r}; expected 'other'" in refused(path, tmp_path)
+    assert f"found the ID {RUN!r} in the file; expected 'other'" in refused(path, tmp_path)
 
 
 @pytest.mark.parametrize("name", ["archive/studies/x.h5", NAME])

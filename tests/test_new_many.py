@@ -146,7 +146,8 @@ def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
         "test_1.csv": "an exact duplicate of copy of test_1.csv",
         "test_2.txt": "another file is already used for the run test_2",
     }
-    assert told["runs"][4]["notes"] == ["it is 17 % as long as the other tests in the folder: was the test aborted?"]
+    note = "it is 17 % as long as the other tests in the folder: was the test stopped early?"
+    assert told["runs"][4]["notes"] == [note]
     again = run_cli("new", "exports", "--set", "conditions.normal_load=5 N", "--into", "runs")
     assert again.exit_code == 1
     assert "found no export from which a run can be created" in again.stderr

@@ -158,7 +158,7 @@ def test_a_quotation_mark_and_a_long_word_before_a_last_row_are_refused():
 
 def test_numbers_without_names_are_refused():
     names = "\t".join(NAMES).encode() + b"\r\n"
-    with pytest.raises(ReaderError, match=r"line 17: found data without column names"):
+    with pytest.raises(ReaderError, match=r"line 17: found data with no header line"):
         read(SMALL.replace(names, b"", 1))
 
 

@@ -256,7 +256,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     told = json.loads(result.stdout)
     assert told["left_out"] == [{"id": AGAIN, "reason": "marked bad: the pin slipped"}]
     assert [run["id"] for run in told["laws"][0]["runs"]] == [LIGHT, HEAVY]
-    assert f"note: k_D is identified from one run, {LIGHT}" in result.output
+    assert f"note: k_D is identified from a single run, {LIGHT}" in result.output
     run_cli("mark-bad", AGAIN, "--undo", "--reason", "it did not", cwd=evaluated)
     again = run_cli("study", "run", "study.toml", "--no-figures", "-v", cwd=evaluated)
     assert "excluded" not in again.output

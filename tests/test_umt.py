@@ -168,7 +168,7 @@ def test_a_unit_that_changes_is_refused():
 
 def test_numbers_without_names_are_refused():
     content = SMALL.replace(b"Fx,Fz,Z,T,Ff,COF\r\ng,g,mm,sec,g,\r\n\r\n105", b"105")
-    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found data without column names"):
+    with pytest.raises(ReaderError, match=r"^wear\.csv, line 34: found data with no header line"):
         read(content)
 
 

@@ -221,7 +221,7 @@ def test_a_run_that_lacks_something_is_processed_once_that_is_filled_in(bench):
     bench.look()
     (told,) = bench.told(SETTLE)
     assert told.kind == "waiting"
-    assert "still to be filled in: conditions.normal_load; the run is processed once" in told.text
+    assert "still to be filled in: conditions.normal_load; the run is processed automatically after" in told.text
     bench.start()
     assert bench.settled() == []
     manifest = bench.runs / "a" / "run.toml"

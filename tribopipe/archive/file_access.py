@@ -133,7 +133,7 @@ def check_adopted(part: Path, path: Path, form: Format) -> None:
         raise ArchiveError(f"{path}: cannot be added to the archive; {said}") from None
     if held != path.stem:
         raise ArchiveError(
-            f"{path}: found content with the ID {held!r}; expected {path.stem!r}, as in the file name; rename the "
+            f"{path}: found the ID {held!r} in the file; expected {path.stem!r}, as in the file name; rename the "
             "file, and import it only if you trust its source"
         )
 

@@ -197,7 +197,8 @@ def umeshmotion(
     wear_coefficient: Annotated[
         str | None,
         typer.Option(
-            help='k_D of the pin or the crowned disc, such as "13.5e-9 mm^3/(N*mm)"; default: from the archived fit.'
+            help='k_D of the pin or the crowned disc, for example "13.5e-9 mm^3/(N*mm)"; default: from the '
+            "archived fit."
         ),
     ] = None,
     friction: Friction = None,
@@ -205,13 +206,14 @@ def umeshmotion(
     until: Annotated[
         str | None,
         typer.Option(
-            help='Sliding distance to simulate, such as "500 m", or rotations of the crowned disc, such as "1e6".'
+            help='Sliding distance to simulate, for example "500 m", or rotations of the crowned disc, for '
+            'example "1e6".'
         ),
     ] = None,
     element_size: Annotated[
         str | None,
         typer.Option(
-            help='Mesh size in the contact, such as "1 um"; default: a tenth of the radius of the unworn contact.'
+            help='Mesh size in the contact, for example "1 um"; default: a tenth of the radius of the unworn contact.'
         ),
     ] = None,
     jtyp: Annotated[

@@ -31,12 +31,16 @@ if TYPE_CHECKING:
 Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their paths.")]
 Radius = Annotated[
     str | None,
-    typer.Option(help="Radius of the ball or crown on which the profile was measured, such as '3 mm'; default: flat."),
+    typer.Option(
+        help="Radius of the ball or crown on which the profile was measured, for example '3 mm'; default: flat."
+    ),
 ]
 PositionUnit = Annotated[
-    str | None, typer.Option(help="Unit of the positions, such as mm, if the file states no unit.")
+    str | None, typer.Option(help="Unit of the positions, for example mm, if the file states no unit.")
 ]
-HeightUnit = Annotated[str | None, typer.Option(help="Unit of the heights, such as um, if the file states no unit.")]
+HeightUnit = Annotated[
+    str | None, typer.Option(help="Unit of the heights, for example um, if the file states no unit.")
+]
 _FIGURES = Path("figures")
 """Folder for the figures of a file, or of a run in a remote archive, in the current folder."""
 _MOST_REASONS = 4
@@ -179,7 +183,7 @@ def show(
     ],
     archive: ReadableArchive = DEFAULT_ARCHIVE,
     path: Annotated[
-        str | None, typer.Option(help="Part of the run's HDF5 file to show, such as /entry/wear.", metavar="PATH")
+        str | None, typer.Option(help="Part of the run's HDF5 file to show, for example /entry/wear.", metavar="PATH")
     ] = None,
     rows: Annotated[
         int, typer.Option(help="Number of rows to show at the beginning and at the end of a part.", min=1)

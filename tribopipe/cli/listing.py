@@ -145,16 +145,17 @@ Where = Annotated[
     typer.Option(
         "--where",
         help=(
-            'Filter, such as "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; all '
+            'Filter, for example "material=Si3N4 load>300mN tag=run-in k_d<1e-8 started>=2006-03 title~wear"; all '
             "conditions must be met; the value none matches missing values."
         ),
     ),
 ]
 Sort = Annotated[
-    str, typer.Option("--sort", help="Columns to sort by, such as material,-k_d; a minus sorts in descending order.")
+    str,
+    typer.Option("--sort", help="Columns to sort by, for example material,-k_d; a minus sorts in descending order."),
 ]
 Columns = Annotated[
-    str | None, typer.Option("--columns", help="Columns to show, such as id,load,k_d; `--columns help` lists all.")
+    str | None, typer.Option("--columns", help="Columns to show, for example id,load,k_d; `--columns help` lists all.")
 ]
 
 

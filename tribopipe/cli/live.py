@@ -33,15 +33,16 @@ def live(
     law: Law = "archard",
     recipe: RecipeFile = None,
     to: Annotated[
-        str | None, typer.Option("--to", help="Planned end, such as '500 m'; overrides conditions.sliding_distance.")
+        str | None,
+        typer.Option("--to", help="Planned end, for example '500 m'; overrides conditions.sliding_distance."),
     ] = None,
     drift: Annotated[
-        str | None, typer.Option("--drift", help="Drift of the sensor if known, such as '0 +- 5 nm/min'.")
+        str | None, typer.Option("--drift", help="Drift of the sensor if known, for example '0 +- 5 nm/min'.")
     ] = None,
     disc_wear: Annotated[
         str | None,
         typer.Option(
-            "--disc-wear", help="Expected wear depth of the disc at the planned end, such as '0.15 +- 0.1 um'."
+            "--disc-wear", help="Expected wear depth of the disc at the planned end, for example '0.15 +- 0.1 um'."
         ),
     ] = None,
     drift_from: Annotated[
@@ -61,7 +62,7 @@ def live(
         float | None, typer.Option("--until-still", help="Stop after this idle time, s.", min=0.0)
     ] = None,
     once: Annotated[bool, typer.Option("--once", help="Show the current state and exit.")] = False,
-    figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, such as live.svg.")] = None,
+    figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, for example live.svg.")] = None,
     as_json: Annotated[
         bool,
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON line per update."),

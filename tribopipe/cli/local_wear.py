@@ -67,7 +67,7 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='Wear coefficient k_D in V = k_D·F_N·s, such as "13.5e-9 mm^3/(N*mm)"; for two discs, specify the '
+            help='Wear coefficient k_D in V = k_D·F_N·s, for example "13.5e-9 mm^3/(N*mm)"; for two discs, specify the '
             "option twice: first for the crowned disc, then for the cylindrical disc. Default: from the archived fit."
         ),
     ] = None,
@@ -87,7 +87,8 @@ def local_wear(
     at: Annotated[
         list[str] | None,
         typer.Option(
-            help='Sliding distance to simulate, such as "500 m", or rotations of discs, such as "1e6"; may be repeated.'
+            help='Sliding distance to simulate, for example "500 m", or rotations of discs, for example "1e6"; '
+            "may be repeated."
         ),
     ] = None,
     steps_per_decade: Annotated[int, typer.Option(min=1, help="Number of wear steps per decade of wear.")] = 16,

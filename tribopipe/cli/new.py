@@ -38,12 +38,14 @@ def new(
     settings: Annotated[
         list[str] | None,
         typer.Option(
-            "--set", help="Key of run.toml and its value, such as conditions.normal_load='5 N'.", metavar="KEY=VALUE"
+            "--set",
+            help="Key of run.toml and its value, for example conditions.normal_load='5 N'.",
+            metavar="KEY=VALUE",
         ),
     ] = None,
     profiles: Annotated[
         list[str] | None,
-        typer.Option("--profile", help="Body and file of a profile, such as disc=track.txt.", metavar="BODY=FILE"),
+        typer.Option("--profile", help="Body and file of a profile, for example disc=track.txt.", metavar="BODY=FILE"),
     ] = None,
     sheet: SheetName = None,
     each_sheet: Annotated[

@@ -71,7 +71,7 @@ ReadableArchive = Annotated[
     Path,
     typer.Option(
         "--archive",
-        help="Archive folder, or address of a remote archive, such as https://host/archive.",
+        help="Archive folder, or address of a remote archive, for example https://host/archive.",
         file_okay=True,
         callback=_local_or_remote,
     ),
@@ -154,7 +154,7 @@ Law = Annotated[
     ),
 ]
 Friction = Annotated[
-    str | None, typer.Option(help='μ(s) for a law with friction, such as "A=0.226 b=0.496 c=32.877 m".')
+    str | None, typer.Option(help='μ(s) for a law with friction, for example "A=0.226 b=0.496 c=32.877 m".')
 ]
 Speed = Annotated[
     str | None, typer.Option(help="Sliding speed, or speed of the crowned disc; default: that of the run.")
@@ -314,7 +314,7 @@ Scheduler = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help='Dask scheduler, such as tcp://10.0.0.1:8786, or "local" for one on this computer.',
+        help='Dask scheduler, for example tcp://10.0.0.1:8786, or "local" for one on this computer.',
     ),
 ]
 Shard = Annotated[

@@ -76,7 +76,7 @@ def predict(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, such as "13.5e-9 mm^3/(N*mm)"; default: from the archived fit. For both bodies, give '
+            help='k_D to use, for example "13.5e-9 mm^3/(N*mm)"; default: from the archived fit. For both bodies, give '
             'the option twice, with body names: pin="1e-9 mm^2/N", disc="4e-7 mm^2/N".'
         ),
     ] = None,
@@ -93,16 +93,21 @@ def predict(
     at: Annotated[
         list[str] | None,
         typer.Option(
-            help='Sliding distance at which to predict wear, such as "500 m", or rotations of discs, such as "1e6"; '
+            help='Sliding distance at which to predict wear, for example "500 m", or rotations of discs, for '
+            'example "1e6"; '
             "may be "
             "repeated."
         ),
     ] = None,
     depth: Annotated[
         list[str] | None,
-        typer.Option(help='Wear depth for which to calculate the sliding distance, such as "30 um"; may be repeated.'),
+        typer.Option(
+            help='Wear depth for which to calculate the sliding distance, for example "30 um"; may be repeated.'
+        ),
     ] = None,
-    load: Annotated[str | None, typer.Option(help='Normal load, such as "400 mN"; default: that of the run.')] = None,
+    load: Annotated[
+        str | None, typer.Option(help='Normal load, for example "400 mN"; default: that of the run.')
+    ] = None,
     speed: Speed = None,
     source: Annotated[
         list[str] | None,
@@ -118,12 +123,14 @@ def predict(
             autocompletion=archived_ids,
         ),
     ] = None,
-    radius: Annotated[str | None, typer.Option(help='Pin radius, such as "2 mm"; default: that of the run.')] = None,
+    radius: Annotated[
+        str | None, typer.Option(help='Pin radius, for example "2 mm"; default: that of the run.')
+    ] = None,
     slip: Annotated[
-        str | None, typer.Option(help='Slip of twin discs, such as "10 %"; default: that of the run.')
+        str | None, typer.Option(help='Slip of twin discs, for example "10 %"; default: that of the run.')
     ] = None,
     crown_radius: Annotated[
-        str | None, typer.Option(help='Crown radius of the crowned disc, such as "8 mm"; default: that of the run.')
+        str | None, typer.Option(help='Crown radius of the crowned disc, for example "8 mm"; default: that of the run.')
     ] = None,
     distance: Annotated[
         DistanceConvention | None,

@@ -263,7 +263,7 @@ def plan(
         str, typer.Argument(help="ID of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
     interval: Annotated[
-        str, typer.Option("--interval", help='Target half-width of the 95 % interval of k_D, such as "10 %".')
+        str, typer.Option("--interval", help='Target half-width of the 95 % interval of k_D, for example "10 %".')
     ],
     model: Law = "archard",
     archive: ReadableArchive = DEFAULT_ARCHIVE,

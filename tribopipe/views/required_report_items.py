@@ -38,7 +38,7 @@ _FORM_KEYS = {
     "flat_disc": "rolling_radius",
 }
 """Keys of the size of each body."""
-_REPEAT = ("repeat the test, and list all its runs in", "of study.toml")
+_REPEAT = ("repeat the test, and list all replicates in", "of study.toml")
 _RADII = {"rolling_radius": "rolling radius", "crown_radius": "crown radius"}
 
 

@@ -119,7 +119,7 @@ def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     if model.thermal_probability is not None:
         yield "probability of a temperature-dependent shift", f"{model.thermal_probability:.2f}"
     yield "shift over the temperature range", shown(model.thermal_shift)
-    yield "slow wander (RMS)", shown(model.wander, "nm")
+    yield "low-frequency fluctuations (RMS)", shown(model.wander, "nm")
     yield "noise of block averages (standard deviation)", shown(model.noise, "nm")
 
 

@@ -25,7 +25,7 @@ from tribopipe.views.plot import MICRONS, RATIO, VOLUME, Curve, Mark, Panel, Rol
 CORRECTED, PIN_WEAR = "/entry/drift_correction/data/wear_depth", "/entry/drift_correction/data/pin_wear_depth"
 WANDER = "/entry/drift_correction/data/wander"
 _FRICTION = "/entry/friction_fit/data/friction_coefficient"
-WANDER_NAME = "slow wander (neither wear nor drift)"
+WANDER_NAME = "low-frequency fluctuations (neither wear nor drift)"
 """Name of the slow process of the model in legends."""
 RAW, CLEANED = "/entry/raw/", "/entry/clean_up/data/"
 """Paths of recorded and of preprocessed signals."""

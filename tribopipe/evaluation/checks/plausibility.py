@@ -174,8 +174,8 @@ def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
         return None
     return Trouble(
         "contact.pin.radius",
-        f"found an end face {show(2 * pin.radius.value, None, 'm', 'mm')} wide on a pin of "
-        f"{pin.diameter.shown('mm')}; expected an end face no wider than the pin",
+        f"found an end face {show(2 * pin.radius.value, None, 'm', 'mm')} in diameter on a pin "
+        f"{pin.diameter.shown('mm')} in diameter; expected an end face no wider than the pin",
         "enter half the diameter of the end face",
     )
 

@@ -232,7 +232,7 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "normal_force",
             f"found a median of {_shown('normal_force', median)} while loaded, which means no contact; expected a "
             "positive load",
-            "preprocessing reverses its sign; export compressive loads as positive, or remove the signal",
+            "preprocessing inverts its sign; export compressive loads as positive, or remove the signal",
         )
 
 

@@ -285,8 +285,8 @@ def single_run_note(fit: Sequence[str]) -> tuple[str, ...]:
     if len(fit) > 1:
         return ()
     return (
-        f"k_D is identified from one run, {fit[0]}: the bands include its own uncertainty, not the scatter between "
-        "runs; replicate tests are needed to quantify this",
+        f"k_D is identified from a single run, {fit[0]}: the bands include the uncertainty of that run, but not the "
+        "run-to-run scatter; replicate tests are needed to quantify the scatter",
     )
 
 

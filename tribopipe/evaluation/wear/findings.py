@@ -184,7 +184,7 @@ def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
         "settling": (
             "depends_on_settling_prior",
             f"settling ({shares} % of the wear)",
-            "measure the wear after the test more accurately, or record the temperature",
+            "make a more accurate post-test measurement of the wear, or record the temperature",
         )
     }
     if problem.reading.drift_deviation is not None:

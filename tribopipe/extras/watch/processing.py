@@ -164,7 +164,8 @@ def _made(entry: Entry, made: NewRun | None, lab: Lab, journal: Journal) -> Even
         journal.note(entry.model_copy(update={"state": "made"}))
         return Event("made", said, entry.name, entry.run)
     journal.note(lab.failed(entry))
-    said += f"; still to be filled in: {missing}; the run is processed once this is entered in {lab.manifest(entry)}"
+    said += f"; still to be filled in: {missing}; the run is processed automatically after these values have been "
+    said += f"entered in {lab.manifest(entry)}"
     return Event("waiting", said, entry.name, entry.run)
 
 

@@ -150,7 +150,7 @@ def _name_aborted(plans: Sequence[RunPlan]) -> None:
             share = f"{100 * length / usual:.0f} %"
             plan.draft.known.doubt("comment", "aborted", f"it is {share} as long as the other tests of the folder")
             plan.draft.known.dissent.append(
-                f"it is {share} as long as the other tests in the folder: was the test aborted?"
+                f"it is {share} as long as the other tests in the folder: was the test stopped early?"
             )
 
 

@@ -167,8 +167,9 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> tuple[list[S
         names = _fields(block.head[-1], separator) if block.head else []
         if len(names) < 2 or names[0] != _X:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected a "
-                f"line that begins with {_X}; correct that line, or record the test with column headers"
+                f"{text.name}, line {line_at(text, block.start)}: found data with no header line above them; expected "
+                f"a header line that begins with {_X}; add or correct the header line, or export the file again with "
+                "column headers"
             )
         own = first if block is blocks[0] else block.head
         heading = _Heading(settings, _tags(own, separator), trimmed(names))

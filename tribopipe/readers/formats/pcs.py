@@ -179,8 +179,9 @@ def _last_step(head: Sequence[str]) -> str | None:
 
 def _refuse_nameless(text: Text, block: Block) -> NoReturn:
     raise ReaderError(
-        f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected column "
-        "names such as 'Step Time (s)' in the line above the data; correct that line, or export the test again"
+        f"{text.name}, line {line_at(text, block.start)}: found data with no header line above them; expected "
+        "column names such as 'Step Time (s)' in the line above the data; add or correct the header line, or export "
+        "the test again"
     )
 
 

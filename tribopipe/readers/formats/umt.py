@@ -143,9 +143,9 @@ def _segments(text: Text, blocks: Sequence[Block], hints: Hints) -> list[Segment
             segments.append(Segment(rows, _layout(text, rows, head, hints), _setting(block.head, "Data Count")))
         elif segments:
             raise ReaderError(
-                f"{text.name}, line {line_at(text, block.start)}: found data without column names above; expected "
-                "column names at the beginning of the step, such as 'Fx,Fz,Z,T'; correct that line, or export "
-                "the test again"
+                f"{text.name}, line {line_at(text, block.start)}: found data with no header line above them; "
+                "expected column names at the beginning of the step, such as 'Fx,Fz,Z,T'; add or correct the header "
+                "line, or export the test again"
             )
     if not segments:
         raise ReaderError(
