@@ -73,7 +73,7 @@ def test_anything_else_is_refused_with_its_place(tmp_path, junk, more):
         read_run(made(tmp_path, spoiled(1234, 2, junk), more=more))
     said = str(caught.value)
     assert f"signals.csv, line 1236, column 'Ff [mN]': found {junk!r}; expected a number for friction_force" in said
-    assert ("decimal sign of the others" in said) == (junk == "59,841")
+    assert ("decimal separator of the others" in said) == (junk == "59,841")
     assert ("thousands separators" in said) == (junk in GROUPED)
 
 

@@ -637,4 +637,4 @@ def test_quoted_decimal_commas_between_commas():
 
 def test_quoted_thousands_are_in_doubt():
     assert "thousands" in refusal('Time,Cycles\n1,"1,234"\n2,"2,345"\n')
-    assert "one decimal sign" in refusal('Time,Cycles\n1.5,"1,234"\n2.5,"2,345"\n')
+    assert "one decimal separator" in refusal('Time,Cycles\n1.5,"1,234"\n2.5,"2,345"\n')

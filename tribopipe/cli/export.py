@@ -163,7 +163,7 @@ def export_runs(
         raise typer.BadParameter(f"--output: found the suffix {suffix}; expected one of {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal sign in a "
+            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal separator in a "
             "workbook depends on the program that opens it"
         )
     require_free([] if output is None else [output], force=force)

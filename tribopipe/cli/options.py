@@ -154,7 +154,7 @@ Law = Annotated[
     ),
 ]
 Friction = Annotated[
-    str | None, typer.Option(help='μ(s) for a law with friction, for example "A=0.226 b=0.496 c=32.877 m".')
+    str | None, typer.Option(help='μ(s) for a law that includes friction, for example "A=0.226 b=0.496 c=32.877 m".')
 ]
 Speed = Annotated[
     str | None, typer.Option(help="Sliding speed, or speed of the crowned disc; default: that of the run.")

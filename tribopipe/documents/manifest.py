@@ -242,7 +242,7 @@ class SignalFile(Record):
     separator: str | None = None
     """Column separator, such as ";", "\\t", or " " for whitespace; default: detected."""
     decimal: Literal[".", ","] | None = None
-    """Decimal sign; default: detected."""
+    """Decimal separator; default: detected."""
     sheet: str | None = Field(default=None, min_length=1)
     """Sheet of a workbook, if several contain test data."""
     steps: tuple[int, ...] = ()

@@ -163,7 +163,7 @@ class ReaderProfile(Record):
     separator: Annotated[str, AfterValidator(_a_separator)] | None = None
     """Column separator, such as ";", "\\t", or " " for whitespace; required if the position of the table is given."""
     decimal: Literal[".", ","] | None = None
-    """Decimal sign; default: detected."""
+    """Decimal separator; default: detected."""
     starts_at: Pattern | None = None
     """Regular expression found in the first line of the table: the header row, or the first data row with names."""
     header_lines: int | None = Field(default=None, ge=0, le=250)

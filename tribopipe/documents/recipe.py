@@ -53,7 +53,7 @@ class WearRecipe(Record):
     Default: that of the model, or wear volume if the disc also wore. A k_D is valid only with its own engine.
     """
     friction: FrictionSource = "fitted"
-    """μ in a law with friction: Eq. 7 as fitted, or the measured curve."""
+    """μ in a law that includes friction: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "model"
     """One model of wear, drift and all other contributions to the depth signal; or drift first, as in the paper."""
     distance_per_rotation: DistanceConvention = "full-slip"

@@ -99,7 +99,7 @@ def column_in_si(
         line, text = column.first_bad
         wanted, remedy = [], ""
         if is_number(text, ".,"):
-            wanted.append("with the decimal sign of the others")
+            wanted.append("with the decimal separator of the others")
         if _GROUPED.fullmatch(text):
             wanted.append("without thousands separators")
             remedy = "export the file again without them, "

@@ -6,7 +6,7 @@ What the reader finds by itself, and the manifest's word overrides:
   tribometers stands, cp1252, latin-1;
 * separator: tab, semicolon, bar, comma, or runs of blanks. A comma separates only where nothing
   stronger does and numbers are written with a point;
-* decimal sign: point or comma.
+* decimal separator: point or comma.
 
 Line ends may be LF, CRLF, lone CR or a mixture; blank lines are skipped. Lines above the table are
 kept verbatim. Units stand in a row above or below the row of names, or inside the names: "Depth [um]",
@@ -369,7 +369,7 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
         if len(row.cells) > layout.width or any(row.cells[len(layout.names) :]):
             return ReaderError(
                 f"{text.name}, line {line}: found {_fields(row)}, expected {layout.least} as in the "
-                "header; correct that line; if commas are decimal signs, export with a different separator"
+                "header; correct that line; if commas are decimal separators, export with a different column separator"
             )
     return _unclosed(text, line)
 

@@ -64,7 +64,7 @@ def _comma_doubt(table: Table) -> str | None:
 
 
 def _two_signs(table: Table) -> str | None:
-    """Doubt the decimal sign where numbers are written with both."""
+    """Doubt the decimal separator where numbers are written with both."""
     first: dict[str, tuple[int, str]] = {}
     for line, _, number in table.numbers:
         for sign in ".,":
@@ -74,13 +74,13 @@ def _two_signs(table: Table) -> str | None:
         return None
     (line, number), (other_line, other) = sorted(first.values())
     return (
-        f"line {other_line}: found {other!r}, while line {line} contains {number!r}; expected one decimal sign; "
+        f"line {other_line}: found {other!r}, while line {line} contains {number!r}; expected one decimal separator; "
         "correct the lines that differ, or specify decimal in run.toml"
     )
 
 
 def _maybe_thousands(table: Table) -> str | None:
-    """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal sign.
+    """Doubt numbers such as 1,234 in a column with plain integers, where no other shows the decimal separator.
 
     Between commas, where such a number stands in quotation marks, it is in doubt in any column.
     """
@@ -94,7 +94,8 @@ def _maybe_thousands(table: Table) -> str | None:
         if column in plain or table.separator == ",":
             return (
                 f"line {line}: found {number!r} among integers, where the sign may mark decimals or thousands; "
-                "expected an unambiguous decimal sign; specify decimal in run.toml, and remove thousands separators"
+                "expected an unambiguous decimal separator; specify decimal in run.toml, and remove thousands "
+                "separators"
             )
     return None
 
@@ -189,7 +190,7 @@ def _least(table: Table) -> int:
 
 
 def _later_rows(text: Text, table: Table, lines: list[str]) -> list[Row]:
-    """Give rows from the first decimal sign on, where the sample of a longer file shows none."""
+    """Give rows from the first decimal separator on, where the sample of a longer file shows none."""
     if table.separator == "," or any(not INTEGER.fullmatch(number) for _, _, number in table.numbers):
         return []
     behind = text.start + len("".join(lines).encode())

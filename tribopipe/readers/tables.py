@@ -118,7 +118,7 @@ class Table:
 
     separator: str
     signs: str
-    """Decimal signs that numbers may have."""
+    """Decimal separators that numbers may have."""
     rows: list[Row]
     body: int
     """Index of the first row below the header."""
@@ -166,7 +166,7 @@ class Table:
 
 @lru_cache(maxsize=1 << 12)  # a sample's fields are asked about again and again
 def is_number(cell: str, signs: str) -> bool:
-    """Return whether a field is a plain number with one of the decimal signs."""
+    """Return whether a field is a plain number with one of the decimal separators."""
     return _NUMBER[signs].fullmatch(cell) is not None
 
 
@@ -221,7 +221,7 @@ def _wanted(text: Text, hints: Hints, *, quoted: bool) -> tuple[str, ...]:
         )
     if separator == hints.decimal and not quoted:
         raise ReaderError(
-            f"{text.name}: found {separator!r} as separator and as decimal sign in run.toml, and no number in "
+            f"{text.name}: found {separator!r} as column and as decimal separator in run.toml, and no number in "
             "quotation marks; expected two different signs; correct one of them"
         )
     return (separator,)
@@ -233,7 +233,7 @@ def _written(separator: str) -> str:
 
 
 def decimal_signs(separator: str, hints: Hints, *, quoted: bool) -> str:
-    """Return the decimal signs that numbers may have."""
+    """Return the decimal separators that numbers may have."""
     return hints.decimal or ("." if separator == "," and not quoted else ".,")
 
 

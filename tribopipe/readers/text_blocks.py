@@ -36,7 +36,7 @@ _NO_WORD = (
 _WORDS = re.compile(rb"[\r\n] *[\"'+-]?" + _NO_WORD + rb"[A-Za-z_*#<\[(\\\x80-\xff][^\r\n]*")
 _BLANK_LINES = re.compile(rb"(?:[ \t,;]*(?:\r\n?|\n))*")
 _ROW = re.compile(rb"[^\r\n ][^\r\n]*")
-# One digit other than 0 before the decimal sign may be what is left of 1.953125E-5.
+# One digit other than 0 before the decimal separator may be what is left of 1.953125E-5.
 _WHOLE = re.compile(r"[+-]?(?:0|\d\d+)[.,](?P<decimals>\d+)", re.ASCII)
 
 
@@ -132,14 +132,14 @@ def row_width(names: int, rows: Sequence[Sequence[str]]) -> int:
 
 
 def row_layout(text: Text, block: Block, names: Sequence[str], separator: str, decimal: Decimal | None) -> Layout:
-    """Lay out the rows of a block below known column names; the decimal sign is found if not given."""
+    """Lay out the rows of a block below known column names; the decimal separator is found if not given."""
     rows = sample_rows(text, block, separator)
     sign = decimal or decimal_sign(rows, separator)
     return Layout(separator, sign, tuple(names), 1, "", row_width(len(names), rows), len(names))
 
 
 def decimal_sign(rows: Sequence[Sequence[str]], separator: str) -> Decimal:
-    """Report the decimal sign of sampled rows: a comma where numbers have one, and none has a point."""
+    """Report the decimal separator of sampled rows: a comma where numbers have one, and none has a point."""
     cells = [cell for row in rows for cell in row]
     commas = any(re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell) for cell in cells)
     return "," if separator != "," and commas and not any("." in cell for cell in cells) else "."

@@ -180,7 +180,7 @@ class WearFit(FitRecord):
     parameter_covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of ln k_D and the fitted parameters, in SI, by first-order propagation."""
     friction: FrictionSource | None = None
-    """Which μ a law with friction was given."""
+    """Which μ a law that includes friction was given."""
     correction: Correction | None = None
     """Method for drift: with k_D in one model, or before it; None if no depth signal was fitted."""
     basis: Basis | None = None

@@ -217,7 +217,7 @@ def _latex_row(cells: Iterator[str]) -> str:
 
 
 def _alignment(one: _Column) -> str:
-    """Return the alignment of a column: numbers at the decimal sign, with room for the longest of each part."""
+    """Return the alignment of a column: numbers at the decimal separator, with room for the longest of each part."""
     if one.column.kind != "number":
         return "l"
     numbers = [cell for cell in one.cells if isinstance(cell, tuple)]

@@ -114,7 +114,7 @@ def posed_measurements(member: Member, law: LawName, recipe: Recipe) -> Measured
     if not isinstance(problem, MeasurementProblem):
         raise FitError(
             f"{member.id}: found a run without {' and '.join(problem)}; expected post-test measurements and, for "
-            "a law with friction, a friction signal; remove this run from the study"
+            "a law that includes friction, a friction signal; remove this run from the study"
         )
     return MeasuredRun(member, problem)
 

@@ -123,7 +123,7 @@ class Member:
         if not isinstance(problem, WearProblem):
             raise FitError(
                 f"{self.id}: found a run without {' and '.join(problem)}; expected a depth signal, a post-test "
-                f"measurement and, for a law with friction, a friction signal; remove it from the study"
+                f"measurement and, for a law that includes friction, a friction signal; remove it from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"

@@ -178,7 +178,7 @@ class Draft:
     template: str = "the template"
     """Name of the template for the following."""
     dialect: Mapping[str, str] = field(default_factory=dict)
-    """Encoding, separator and decimal sign of all files."""
+    """Encoding, column and decimal separators of all files."""
     columns: Mapping[str, Any] = field(default_factory=dict)
     """Meanings of the columns."""
     sheet: str | None = None

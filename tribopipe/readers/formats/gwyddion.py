@@ -157,7 +157,7 @@ def _layout(text: Text, extents: _Extents, hints: Hints) -> Layout:
     cells = extents.first.split()
     signs = "".join(sign for sign in ".," if any(sign in cell for cell in cells))
     width, header, line = len(cells), "".join(extents.lines), len(extents.lines) + 1
-    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal sign; correct that line"
+    both = f"{text.name}, line {line}: found both . and , in one row; expected one decimal separator; correct that line"
     return Layout(
         hints.separator or BLANKS,
         hints.decimal or ("," if signs == "," else "."),

@@ -110,7 +110,7 @@ class _Points:
 
     @property
     def decimal(self) -> Decimal:
-        """The decimal sign."""
+        """The decimal separator."""
         return "," if any("," in number for _, _, number in self.table.numbers) else "."
 
 
@@ -187,7 +187,7 @@ def _is_length(unit: str) -> bool:
 
 
 def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | None:
-    """Doubt commas where every number is an integer: they may be decimal signs as well."""
+    """Doubt commas where every number is an integer: they may be decimal separators as well."""
     if hints.separator or table.separator != "," or any(not INTEGER.fullmatch(cell) for _, _, cell in table.numbers):
         return None
     row = table.rows[table.body]
@@ -200,7 +200,7 @@ def _integers_between_commas(text: Text, table: Table, hints: Hints) -> str | No
 def _by_positions(found: _Points, text: Text) -> Match:
     """Judge bare columns by whether their positions go along one line, or along one scan line after the other."""
     if _integers_between_commas(text, found.table, Hints()):
-        return Match(0.2, "integers between commas, which may be decimal signs")
+        return Match(0.2, "integers between commas, which may be decimal separators")
     positions = _positions(found.table, text)
     if found.width == 2:
         if _goes_one_way(positions[0]):

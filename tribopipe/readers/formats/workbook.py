@@ -9,7 +9,7 @@
   without a table, and lists of settings, are left out, hidden sheets with a note; lists are part of the header.
 * Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
   a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
-  with a point, or with the decimal sign that run.toml names.
+  with a point, or with the decimal separator that run.toml names.
 * A column of durations or times of day is given in seconds, a column of dates with times in seconds since the first.
 
 Reading takes the package python-calamine: pip install "tribopipe[excel]".

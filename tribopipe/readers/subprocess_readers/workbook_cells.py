@@ -1,4 +1,4 @@
-"""Sheets of a spreadsheet as tab-separated text, in JSON. Argument: the decimal sign.
+"""Sheets of a spreadsheet as tab-separated text, in JSON. Argument: the decimal separator.
 
 A row of cells is a line. Numbers are written with all their digits, dates in ISO 8601, durations and times of day as
 PT12.5S, whatever their number format states; blanks, tabs and line ends inside a cell become one blank.
