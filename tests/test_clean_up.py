@@ -381,7 +381,7 @@ def test_only_what_was_measured_is_turned_over(bare_run):
     run = run_of(bare_run, **{name: values for name, values in TRUTH.items() if name != "depth"})
     cleaned = clean_run(run, only(Invert(signals=("depth", "friction_coefficient"))))
     (change,) = cleaned.record.changes
-    assert (change.what, change.samples) == ("sign not reversed, since it was not measured", 0)
+    assert (change.what, change.samples) == ("sign not inverted, since it was not measured", 0)
     assert cleaned.run is run
     twice = clean_run(run, only(Invert(signals=("friction_force", "friction_force")))).run
     np.testing.assert_array_equal(twice.columns["friction_force"], -TRUTH["friction_force"])
@@ -638,9 +638,9 @@ def test_commands_say_what_was_cleaned_up(spoilt_run, run_cli, tmp_path):
     assert done.exit_code == 0, done.output
     (line,) = [line for line in done.output.splitlines() if line.startswith(f"{truth.id}: preprocessing: ")]
     assert "time: joined at the only restart" in line
-    assert "normal_force: sign reversed" in line
+    assert "normal_force: sign inverted" in line
     shown = run_cli("show", truth.id, "-v", cwd=tmp_path)
-    assert "normal_force: sign reversed" in shown.output
+    assert "normal_force: sign inverted" in shown.output
     document = json.loads(run_cli("show", truth.id, "--json", cwd=tmp_path).stdout)
     assert [change["step"] for change in document["clean_up"]["changes"]] == ["continuous-axes", "pressing-load"]
     assert document["steps"][0] == "clean_up"

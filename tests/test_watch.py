@@ -171,7 +171,7 @@ def test_the_same_bytes_under_another_name_are_the_same_run(bench):
     assert bench.settled() == [("same", "c.csv", "a")]
     bench.put("d.csv", export(1))
     bench.look()
-    assert [event.text for event in bench.told(SETTLE)] == ["d.csv: same content as a.csv, which is run a"]
+    assert [event.text for event in bench.told(SETTLE)] == ["d.csv: same content as a.csv, archived as a"]
     assert list(bench.made) == bench.taken == ["a"]
 
 

@@ -1,6 +1,6 @@
 """Force signals: signs, and zeros taken from what a sensor reads while nothing touches.
 
-Compressive loads and friction in one direction are positive, and signals stated as reversed are inverted.
+Compressive loads and friction in one direction are positive, and the signals named in the recipe are inverted.
 
 When nothing touches, the lab may state. Otherwise the measured load shows: a run that begins or ends on a level
 stretch, from which the load then goes off by at least half the nominal load, did so without contact if that stretch
@@ -40,7 +40,7 @@ def turn_load(bench: Bench, _: PressingLoad) -> None:
     """Turn a load over that reads negative where it is on."""
     load = bench.measured("normal_force")
     if load is not None and pulls(load, bench.manifest.conditions.normal_load.value):
-        bench.put("normal_force", -load, "sign reversed", "negative under load", factor=-1.0)
+        bench.put("normal_force", -load, "sign inverted", "negative under load", factor=-1.0)
 
 
 def turn_friction(bench: Bench, _: FrictionSign) -> None:
@@ -50,7 +50,7 @@ def turn_friction(bench: Bench, _: FrictionSign) -> None:
     for name in _FRICTIONS:
         friction = bench.measured(name)
         if friction is not None and _is_negative(friction):
-            bench.put(name, -friction, "sign reversed", "negative in a unidirectional test", factor=-1.0)
+            bench.put(name, -friction, "sign inverted", "negative in a unidirectional test", factor=-1.0)
 
 
 def invert(bench: Bench, step: Invert) -> None:
@@ -58,9 +58,9 @@ def invert(bench: Bench, step: Invert) -> None:
     for name in dict.fromkeys(step.signals):
         values = bench.measured(name)
         if values is not None:
-            bench.put(name, -values, "sign reversed", "the recipe states that its sign is reversed", factor=-1.0)
+            bench.put(name, -values, "sign inverted", "the recipe specifies this", factor=-1.0)
         elif name in bench.columns and bench.origins[name] != "measured":
-            bench.leave(name, "sign not reversed, since it was not measured", bench.origins[name])
+            bench.leave(name, "sign not inverted, since it was not measured", bench.origins[name])
 
 
 def _is_negative(friction: Column) -> bool:
