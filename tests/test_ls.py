@@ -101,7 +101,7 @@ def test_unreadable_runs_are_told_with_the_others(ls, archive):
     told = ls()
     assert told.exit_code == 3
     assert "2 runs in " in told.stdout
-    assert "broken.h5: found a file that is not HDF5" in told.stderr
+    assert "broken.h5: found a file that is damaged or not HDF5" in told.stderr
     assert ls("--where", "load>300").exit_code == 3
     told = ls("--json")
     assert told.exit_code == 3

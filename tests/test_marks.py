@@ -130,7 +130,7 @@ def test_what_was_not_marked_bad_cannot_be_taken_back(archive, history):
     for mark in history:
         store.mark(RUN, mark)
     before = store.path(RUN).read_bytes()
-    with pytest.raises(ArchiveError, match="found no bad mark to remove"):
+    with pytest.raises(ArchiveError, match="found a run that is not marked as bad"):
         store.mark(RUN, GOOD)
     assert store.path(RUN).read_bytes() == before
 
@@ -311,7 +311,7 @@ def test_show_tells_every_mark(run_cli, archive):
         ([RUN, "--reason", " \n"], [RUN, "reason: found", "expected the reason"]),
         ([RUN, "--undo", "--reason", " "], ["reason: found ' '"]),
         ([RUN, "--reason", "slipped", "--by", ""], ["operator: found ''; expected the name"]),
-        ([RUN, "--undo", "--reason", "good"], [RUN, "found no bad mark to remove; expected", "`tribopipe ls`"]),
+        ([RUN, "--undo", "--reason", "good"], [RUN, "found a run that is not marked as bad; expected", "`tribopipe ls`"]),
         (["si3n4-air-200mm", "--reason", "slipped"], ["found no run 'si3n4-air-200mm'", f"did you mean '{RUN}'?"]),
     ],
 )

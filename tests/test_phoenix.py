@@ -54,7 +54,7 @@ def test_the_file_is_known_and_read():
     assert np.median(column(table, "Load").values) == pytest.approx(59.841, abs=0.01)
     assert table.facts == {"instrument": "Phoenix Tribology (Compend)", "started": "2019-04-09T20:09:56"}
     assert table.notes == (
-        "column 18 is called 'Friction Force (2)', since another column is already called 'Friction Force'",
+        "column 18 is renamed 'Friction Force (2)', since another column is already called 'Friction Force'",
         "Displacement is assumed to be in µm, as written by the program; no relation between columns confirms this",
     )
 

@@ -114,7 +114,7 @@ def test_plugin_that_is_no_reader_is_left_out_with_a_warning(installed):
 
 def test_plugin_cannot_take_the_name_of_a_built_in_reader(installed):
     installed(a_delimited=here(Impostor))
-    with pytest.warns(UserWarning, match="skipped, because a reader 'delimited'"):
+    with pytest.warns(UserWarning, match="skipped, because a reader with the name 'delimited'"):
         assert isinstance(registry.readers()["delimited"], DelimitedReader)
 
 

@@ -190,7 +190,7 @@ def test_nothing_is_replaced(say_rescue, tmp_path):
     there.write_text("mine", encoding="utf-8")
     result = say_rescue()
     assert result.exit_code == 1
-    assert "nothing is replaced" in sentence(result)
+    assert "existing files are never overwritten" in sentence(result)
     assert tree_bytes(tmp_path / "saved") == {f"{RUN}/run.toml": b"mine"}
 
 
