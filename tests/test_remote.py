@@ -90,6 +90,7 @@ def test_run_is_shown_as_from_the_folder(run_cli, server, listed):
     assert fetched(server) == [FILE_NAME, FILE]
 
 
+@pytest.mark.slow
 def test_figures_are_saved_in_the_current_folder(run_cli, server, tmp_path):
     (here := tmp_path / "here").mkdir()
     done = run_cli("show", RUN, "--plot", "--archive", server.address, cwd=here)
@@ -99,6 +100,7 @@ def test_figures_are_saved_in_the_current_folder(run_cli, server, tmp_path):
     assert str(Path("figures") / f"{RUN}-depth.png") in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("as_blocks", [False, True])
 def test_pages_and_plots_are_those_of_the_folder(request, server, listed, as_blocks):
     if as_blocks:
@@ -119,6 +121,7 @@ def test_pages_and_plots_are_those_of_the_folder(request, server, listed, as_blo
     assert about["runs"] == 1
 
 
+@pytest.mark.slow
 def test_exports_and_reports_are_written_here(run_cli, server, tmp_path):
     (here := tmp_path / "here").mkdir()
     for command in (

@@ -157,6 +157,7 @@ def study_html(study_text) -> Page:
     return Page(study_text)
 
 
+@pytest.mark.slow
 def test_study_report_is_inert_and_readable(study_html):
     assert_inert(study_html)
     assert_readable(study_html)
@@ -387,6 +388,7 @@ def hostile(short_runs, tmp_path) -> Archive:
     return hostile_archive(short_runs / "si3n4-air-200mN", tmp_path / "archive")
 
 
+@pytest.mark.slow
 def test_what_a_lab_wrote_stays_text(hostile):
     shown = " ".join(HOSTILE.split())
     for document in (run_report(hostile, ["si3n4-air-200mN"]), study_report(hostile, "x")):

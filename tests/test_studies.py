@@ -328,6 +328,7 @@ def test_lost_prediction_is_put_back_though_the_study_is_unchanged(done):
 # --- marks ---
 
 
+@pytest.mark.slow
 def test_run_marked_bad_is_left_out_until_the_mark_is_taken_back(quick, ran_quick):
     store, first = quick, result_of(ran_quick[1])
     store.mark(AGAIN, BAD)
