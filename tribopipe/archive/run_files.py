@@ -371,7 +371,7 @@ class RunFiles:
             marks = read_marks(old["entry"])
             if mark.kind == "good" and (not marks or marks[-1].kind != "bad"):
                 raise ArchiveError(
-                    f"{self.path(run_id)}: found a run that is not marked as bad; expected a run that is marked as bad; "
+                    f"{self.path(run_id)}: found a run that is not marked as bad; expected a run marked as bad; "
                     "`tribopipe ls` shows which runs are marked"
                 )
             write_marks(copy_except(old, new, {"marks"}), [*marks, mark])

@@ -1,7 +1,7 @@
 """Global Incremental Wear Model of two discs that roll and slip (paper, Sections 3.1 and A), exact and published.
 
 A disc with a crown (1) rolls on a flat one (2). Worn by h₁ and h₂, they touch over a flat of half width a across and
-half-length a_z along the direction of rolling (Eq. 10, 12, 15):
+half-length a_z along the direction of rolling (Eqs. 10, 12 and 15):
 
     cap(a) = h₁ + h₂ + u,   cap(a) = r₁ₓ − √(r₁ₓ² − a²),   u = F_N / (2 E_c √(a·a_z)),   a_z = κ·√(4 F' r_eq / (π E_c)),
     F' = F_N/(2a),   1/r_eq = 1/(r₁ − h₁) + 1/(r₂ − h₂),   κ = π/4 as printed
