@@ -233,6 +233,12 @@ def test_commands_that_write_refuse_before_they_begin(run_cli, server, tmp_path,
     assert list(here.iterdir()) == []
 
 
+def test_an_archive_given_as_an_argument_is_refused_as_well(run_cli, server, tmp_path):
+    said = sentence(run_cli("verify", server.address, cwd=tmp_path))
+    assert said.startswith(f"error: {server.address}: {NAMED}; expected a folder on this computer")
+    assert server.requests == []
+
+
 def test_python_refuses_to_write(server, listed):
     away, run = Archive(server.address), Archive(listed).raw(RUN)
     signed = {"date": "2026-01-05T08:00:00+00:00", "operator": "anna"}

@@ -17,6 +17,7 @@ from tribopipe.cli.options import (
     chosen_ids,
     crew,
     load_archive,
+    on_this_computer,
 )
 from tribopipe.cli.output import FAILED, attempt_each, exit_with, print_json, print_result, progress, say, seen, table
 
@@ -48,7 +49,10 @@ def _hash(text: str) -> str:
 
 def verify(
     folder: Annotated[
-        Path | None, typer.Argument(help="Archive folder; default: that of --archive.", metavar="ARCHIVE")
+        Path | None,
+        typer.Argument(
+            help="Archive folder; default: that of --archive.", metavar="ARCHIVE", callback=on_this_computer
+        ),
     ] = None,
     run_ids: Annotated[
         list[str] | None,

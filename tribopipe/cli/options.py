@@ -44,9 +44,9 @@ def archived_names(context: typer.Context) -> list[str]:
     return [*archived_ids(context), *archived_studies(context)]
 
 
-def _local(archive: Path) -> Path:
+def on_this_computer(archive: Path | None) -> Path | None:
     """Return the folder of an archive. Raises ``ArchiveError`` for an address, before anything is done."""
-    if _may_be_address(archive):
+    if archive is not None and _may_be_address(archive):
         from tribopipe.archive.remote import archive_path, refuse_writing
 
         refuse_writing(archive_path(archive))
@@ -66,7 +66,9 @@ def _may_be_address(archive: Path) -> bool:
     return ":" in str(archive)
 
 
-ArchiveFolder = Annotated[Path, typer.Option("--archive", help="Archive folder.", file_okay=True, callback=_local)]
+ArchiveFolder = Annotated[
+    Path, typer.Option("--archive", help="Archive folder.", file_okay=True, callback=on_this_computer)
+]
 ReadableArchive = Annotated[
     Path,
     typer.Option(
