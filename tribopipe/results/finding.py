@@ -62,7 +62,7 @@ TITLES: Mapping[str, str] = {
     "implausible_wear": "implausible wear rate",
     "scar_or_radius": "scar size may be a radius",
     "profile_width": "width and depth of a wear track do not match",
-    "elastic_scar": "scar partly due to elastic deflection",
+    "elastic_scar": "scar partly due to elastic deformation",
     "scar_not_round": "scar measured in an unknown direction",
     "uneven_scars": "readings of the scar differ widely",
     "stroke_within_scar": "stroke shorter than the contact",

@@ -40,7 +40,7 @@ _NARROW, _WIDE = 0.6, 1.6
 _LONGER = 1.05
 """Length over width of a scar from which on they cannot be of one contact; debris can make a scar a little longer."""
 _ELASTIC = 0.05
-"""Fraction of the wear volume calculated from a scar that is due to elastic deflection and above which it is reported,
+"""Fraction of the wear volume calculated from a scar that is due to elastic deformation and above which it is reported,
 if it exceeds the uncertainty of the volume."""
 _ROUND = 1.1
 """Width over length of a scar from which on k_D is wrong by about a quarter if one is taken for the mean of both."""
@@ -560,10 +560,10 @@ def _start_width(run: RawRun) -> float:
 
 @check("warning")
 def elastic_scar(run: RawRun) -> Iterator[Trouble]:
-    """Find a scar not much wider than the unworn contact, for which elastic deflection is counted as wear.
+    """Find a scar not much wider than the unworn contact, for which elastic deformation is counted as wear.
 
     A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
-    without wear, (a_H/a)³ of the calculated wear volume is due to elastic deflection; local wear gives the same within
+    without wear, (a_H/a)³ of the calculated wear volume is due to elastic deformation; local wear gives the same within
     4 % of that volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)².
     """
     pin = run.manifest.pin
@@ -580,8 +580,8 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             f"end_values.{name}",
             f"found {scar.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: about "
-            f"{100 * share:.0f} % of the wear volume calculated from the scar is due to elastic deflection; expected a "
-            f"scar at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
+            f"{100 * share:.0f} % of the wear volume calculated from the scar is due to elastic deformation; expected "
+            f"a scar at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
             f"volume and k_D are too large by about this fraction{fitted}; enter a profile or a wear depth instead, or "
             "run a longer test",
         )

@@ -245,9 +245,7 @@ def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenS
         message = f"found a study based on {run_id} before its run.toml was amended; expected the current version"
         look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
-        message = (
-            f"found a study based on a different run {run_id} from the one in the archive; expected the archived run"
-        )
+        message = f"found a study based on a different version of run {run_id}; expected the version in the archive"
         look.warning("study", message, "run the study again")
 
 

@@ -210,7 +210,7 @@ def _by_positions(found: _Points, text: Text) -> Match:
         lines = np.split(along, np.flatnonzero(np.diff(across) != 0) + 1)
         if 1 < len(lines) <= len(along) // 2 and all(map(_goes_one_way, lines[:-1])):
             return Match(0.6, f"three unnamed columns, points of a map with {len(lines[0])} in the first scan line")
-    return Match(0.2, "three unnamed columns, without the end of a scan line in the first rows")
+    return Match(0.2, "three unnamed columns and no scan-line break in the first rows")
 
 
 def _positions(table: Table, text: Text) -> list[Column]:
