@@ -29,6 +29,7 @@ NEEDS = {
     "fair": ("export", "--ro-crate", "crate"),
     "fe": ("local-wear", "sample-run", "--engine", "fe", "--wear-coefficient", "13.5e-9 mm^3/(N*mm)", "--at", "1 m"),
     "hpc": ("process", "sample-run", "--scheduler", "local"),
+    "remote": ("ls", "--archive", "http://localhost/archive"),
     "surface": ("formats", "detect", "heights.sdf"),
     "tdms": ("formats", "detect", "forces.tdms"),
 }

@@ -21,6 +21,7 @@ MADE_BY_THE_BUILD = DOCS / "screenshots"
 SHOWN_ON_THE_SITE = [REPOSITORY / "CHANGELOG.md", REPOSITORY / "CONTRIBUTING.md"]
 ELSEWHERE = {
     "doi.org",
+    "filesystem-spec.readthedocs.io",
     "github.com",
     "h5web.panosc.eu",
     "jobqueue.dask.org",
@@ -30,6 +31,7 @@ ELSEWHERE = {
     "py-filelock.readthedocs.io",
     "qudt.org",
     "ror.org",
+    "s3fs.readthedocs.io",
     "semver.org",
     "www.nexusformat.org",
     "www.researchobject.org",

@@ -30,7 +30,7 @@ CONNECT_WITHIN, ANSWER_WITHIN = 10.0, 30.0
 """How long a web server may take to accept a connection, and to send the next bytes, s."""
 LARGEST_WHOLE = 16 << 20
 """Bytes of a file that is fetched as a whole; one request is quicker than those for its blocks."""
-_ADDRESS = re.compile(r"([A-Za-z][A-Za-z0-9+.-]+):[/\\]{1,2}(?=[^/\\])")
+_ADDRESS = re.compile(r"\A([A-Za-z][A-Za-z0-9+.-]{1,31}):[/\\]{1,2}(?=[^/\\])")
 """How an address begins, as it is typed or as pathlib keeps it; the drives of Windows have one letter."""
 _NAMES = re.compile(rf"(?:{STUDIES}/)?[^./\\:\0][^/\\:\0]*\.h5")
 """Names that a catalog may give to files: none of them leads out of the temporary folder."""
@@ -319,7 +319,7 @@ def _http_options() -> dict[str, Any]:
 
 
 def _if_unchanged(version: str) -> dict[str, Any]:
-    """Return how a web server is asked for parts of a file as long as it is the same; weak ETags do not tell."""
+    """Return how a web server is asked for parts of a file as long as it is the same; weak ETags cannot be used."""
     return {"headers": {"If-Match": version}} if version.startswith('"') else {}
 
 

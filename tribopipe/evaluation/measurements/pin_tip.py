@@ -110,7 +110,7 @@ class PinTip:
         return worn_volume(depth=h, sphere_radius=r, flat_radius=self.flat_radius)
 
     def flat_volume(self, radius: float) -> float:
-        """Return what a truncated sphere of this radius, m, lacked before the test, m³."""
+        """Return what a truncated sphere of this radius, m, was missing before the test, m³."""
         height = cap_height(scar_radius=self.flat_radius, sphere_radius=radius)
         return float(worn_volume(depth=height, sphere_radius=radius))
 
