@@ -16,20 +16,25 @@ import pytest
 from built_files import tdms, xlsx
 from filelock import FileLock
 from folders import ALL_IDS, ROOT, SAMPLES
+from range_server import serving
 from test_cli_contract import FLAGS
 from test_surface_topography import SDF
+
+from tribopipe.archive.catalog.catalog import Catalogue
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FOR_WORK_ON_TRIBOPIPE = {"bench", "crates", "dev", "docs", "test"}
 """Extras that no command needs."""
 NEEDS_IN_PYTHON = {"xarray": "tribopipe.read_run('sample-run').to_xarray()"}
 """A call in Python for each extra that no command needs, in the folder ``lab``."""
+ADDRESS = "http://localhost/archive"
+"""Where nothing is served; a test that reads puts the address of its own server in the place."""
 NEEDS = {
     "excel": ("formats", "detect", "forces.xlsx"),
     "fair": ("export", "--ro-crate", "crate"),
     "fe": ("local-wear", "sample-run", "--engine", "fe", "--wear-coefficient", "13.5e-9 mm^3/(N*mm)", "--at", "1 m"),
     "hpc": ("process", "sample-run", "--scheduler", "local"),
-    "remote": ("ls", "--archive", "http://localhost/archive"),
+    "remote": ("ls", "--archive", ADDRESS),
     "surface": ("formats", "detect", "heights.sdf"),
     "tdms": ("formats", "detect", "forces.tdms"),
 }
@@ -258,7 +263,10 @@ def test_command_works_with_its_extra(extra, lab):
             metadata.version(name)
         except metadata.PackageNotFoundError:
             pytest.skip(f"{name} is not installed")
-    called(sys.executable, "-m", "tribopipe", *NEEDS[extra], cwd=lab)
+    Catalogue(lab / "archive").refresh()
+    with serving(lab / "archive") as server:
+        command = [server.address if word == ADDRESS else word for word in NEEDS[extra]]
+        called(sys.executable, "-m", "tribopipe", *command, cwd=lab)
 
 
 # --- how a user's own programs see it ---
