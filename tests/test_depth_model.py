@@ -15,8 +15,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.depth_reading import depth_model
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.wear.depth_problem import depth_problem
-from tribopipe.evaluation.wear.findings import DECISIVE
+from tribopipe.evaluation.wear.depth_problem import DECISIVE, depth_problem
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.problem import wear_problem
 from tribopipe.physics.depth_model.block_averages import blocks_of, steps

@@ -100,6 +100,45 @@ def test_fit_says_what_local_pressure_would_make_of_k_d(locally_worn, run_id, en
         assert stated == pytest.approx(other.value * 1e18, rel=1e-3)
 
 
+@pytest.mark.parametrize(("run_id", "excess"), [(LIGHT, 0.12), (HEAVY, 0.17)])
+@pytest.mark.parametrize("correction", ["two-step", "model"])
+def test_unknown_pressure_enters_u_as_a_triangle_down_to_local_wear(locally_worn, run_id, excess, correction):
+    """The excess of the GIWM's k_D is that of docs/fit_engine.md at 4.8 and 3.8 elastic approaches, interpolated."""
+    series, run = CASES[run_id]
+    raw = locally_worn(series, run, sensors=SLOW, disc_wear_depth=None)
+    how = recipe("giwm", correction)
+    fit = fit_wear(correct_drift(raw, how), recipe=how).first
+    (line,) = (line for line in fit.budget if line.name == "pressure distribution")
+    assert abs(line.relative) * 6**0.5 == pytest.approx(excess / (1 + excess), rel=0.2)
+    assert abs(fit.wear_coefficient.value - run.wear_coefficient.value) < 3 * fit.wear_coefficient.standard_uncertainty
+    assert "pressure distribution" not in [line.name for line in own_fit(raw, "local").budget]
+
+
+def own_fit(raw: RawRun, engine: str):
+    how = recipe(engine, "model")
+    return fit_wear(correct_drift(raw, how), recipe=how).first
+
+
+def test_reading_decides_between_the_engines_where_it_can(locally_worn):
+    how, (series, run) = recipe("giwm", "model"), CASES[HEAVY]
+    raw = locally_worn(series, run, sensors=quiet() | SLOW, disc_wear_depth=None)
+    findings = fit_wear(correct_drift(raw, how), recipe=how).findings
+    (found,) = (finding for finding in findings if finding.code == "depends_on_engine")
+    assert found.severity == "warning"
+    assert "the shape of the depth signal agrees better with it" in found.message
+    assert found.remedy == "use --engine local"
+
+
+def test_reading_that_excludes_local_pressure_leaves_no_doubt():
+    how, (series, run) = recipe("giwm", "model"), CASES[HEAVY]
+    raw = record(series, run, sensors=quiet() | SLOW, disc_wear_depth=None)
+    fit = fit_wear(correct_drift(raw, how), recipe=how)
+    assert "pressure distribution" not in [line.name for line in fit.first.budget]
+    assert "depends_on_engine" not in [finding.code for finding in fit.findings]
+    found = evaluate(study((raw.id,)), {raw.id: member_of(raw)}, how).result.law("archard")
+    assert [one.bodies["pin"].engines.trusted for one in found.runs] == [None]
+
+
 def test_first_order_sensitivities_are_those_of_refitting(locally_worn):
     problem = problem_of(locally_worn(*CASES[LIGHT], sensors=SLOW), "local")
     best = problem.solve(problem.values)

@@ -249,7 +249,7 @@ def assert_both_offsets_found(joint: JointFit, truth: VirtualTest, step: float) 
     assert abs(first.value - zero) < 3 * first.standard_uncertainty < 0.2e-6
     assert abs(second.value - zero - step) < 3 * second.standard_uncertainty < 0.3e-6
     found = joint.wear_coefficient
-    assert abs(coefficient_error(found, truth)) < 2.5 * relative(found) < 0.15
+    assert abs(coefficient_error(found, truth)) < 2.5 * relative(found) < 0.2  # pressure distribution included
 
 
 RESTARTS = pytest.mark.parametrize(

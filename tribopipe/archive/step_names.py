@@ -33,10 +33,10 @@ METHODS: dict[StepStage, int] = {
     "drift_correction": 6,
     "friction_fit": 4,
     "specific_wear": 5,
-    "wear_fit": 10,
-    "prediction": 5,
+    "wear_fit": 11,
+    "prediction": 6,
     "local_wear": 1,
-    "study": 6,
+    "study": 7,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

@@ -22,7 +22,7 @@ from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem, joint_problem
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values, law_as_given
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem
-from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
+from tribopipe.evaluation.wear.problem import PRESSURE, WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import budget, solve_draws
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.evaluation import FrictionFit
@@ -197,7 +197,7 @@ class PosedRun:
 
     def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return which inputs may be off by the same in several runs: discs nobody looked at are as good as one."""
-        return (*(name for name in names if name in PIN_SHARED), "unseen_groove")
+        return (*(name for name in names if name in PIN_SHARED), "unseen_groove", PRESSURE)
 
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
         """Return what u of k_D is made of, for a test ``length`` times as long where that is named."""

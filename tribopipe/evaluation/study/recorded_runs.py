@@ -33,6 +33,7 @@ from tribopipe.evaluation.study.verdict import (
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
+from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.evaluation.wear.uncertainty import solve_draws
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.friction_path import MeasuredFriction
@@ -62,15 +63,19 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
     if problem.contact.pin.shape != "spherical":
         return None
     some = draws.kept(np.arange(len(draws.coefficient)) < _DRAWS)
+    # What is not known of the pressure is what the two differ in.
+    values = {name: drawn for name, drawn in some.values.items() if name != PRESSURE}
     found = {}
     engines: tuple[WearEngine, ...] = ("giwm", "local")
     for engine in engines:
         posed = replace(problem, engine=engine)
-        drawn = solve_draws(posed, some.values, some.noise) if engine != problem.engine else some.coefficient
+        drawn = solve_draws(posed, values, some.noise)
         found[engine] = wear_coefficient(posed.coefficient(), float(np.nanstd(drawn)))
     giwm, local = found["giwm"], found["local"]
     uncertain = max(giwm.standard_uncertainty or 0.0, local.standard_uncertainty or 0.0)
-    trusted: WearEngine | None = "local" if abs(local.value - giwm.value) > uncertain else None
+    # A doubt that is no input is one that the shape of the reading has removed, or too small to be any.
+    doubtful = problem.engine == "local" or PRESSURE in problem.inputs
+    trusted: WearEngine | None = "local" if doubtful and abs(local.value - giwm.value) > uncertain else None
     return EngineComparison(giwm=giwm, local=local, trusted=trusted)
 
 

@@ -28,7 +28,7 @@ from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, dept
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.inputs import draw_values
-from tribopipe.evaluation.wear.problem import Tangent, WearProblem
+from tribopipe.evaluation.wear.problem import PRESSURE, Tangent, WearProblem
 from tribopipe.physics.depth_model.block_averages import DepthSamples
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.laws import LawParameter
@@ -51,6 +51,11 @@ _LEAST_DEPTH = 1e-12
 """m."""
 _STEP = 1e-3
 """Relative step of a depth in a difference quotient."""
+DECISIVE = 4.6
+"""ln of the odds, 100 to 1, from which on one account of a reading is ruled out by another.
+
+Where it is true, the odds are as large in less than one of a hundred runs (Markov's inequality).
+"""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 
@@ -118,6 +123,25 @@ class DepthProblem(WearProblem):
             if np.all(np.abs(change) < _NEARLY * spread):
                 break
         return problem
+
+    def without_excluded_pressure(self) -> Self:
+        """Return the problem without doubt about the contact pressure where the reading's shape excludes the local one.
+
+        Where the reading contradicts the measurement, its shape excludes nothing.
+        """
+        if PRESSURE not in self.inputs or self.basis == "measurement" or self.evidence_of_local_pressure > -DECISIVE:
+            return self
+        return replace(self, inputs={name: known for name, known in self.inputs.items() if name != PRESSURE})
+
+    @cached_property
+    def by_local_pressure(self) -> Self:
+        """The same fit with local contact pressure."""
+        return replace(self, engine="local")
+
+    @property
+    def evidence_of_local_pressure(self) -> float:
+        """Evidence, as a logarithm of odds, that the reading has the shape of local contact pressure."""
+        return self.by_local_pressure.posterior.log_evidence - self.posterior.log_evidence
 
     @property
     def _law_places(self) -> NDArray[np.intp]:
@@ -477,7 +501,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     )
     if not measured_after:
         _refuse_a_fall(posed)
-    return posed.with_law_of_the_reading()
+    return posed.with_law_of_the_reading().without_excluded_pressure()
 
 
 def _within(known: LawParameter, value: float, step: float) -> float:

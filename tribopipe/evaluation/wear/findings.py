@@ -11,12 +11,12 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, show
-from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import MOST_DEVIATION
-from tribopipe.evaluation.wear.depth_problem import DepthProblem
+from tribopipe.evaluation.wear.depth_problem import DECISIVE, DepthProblem
+from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.physics.depth_model.mixture import ways
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
@@ -55,7 +55,7 @@ def rate_change(problem: DepthProblem) -> RateChange | None:
     place, ratio, peak = _best_change(evidence, max(found, key=lambda by: found[by]))
     # A clear change is a peak between the places and ratios tried, and is judged by Schwarz's criterion.
     together = max(averaged, peak - np.log(len(problem.reading.time)))
-    others = float(np.logaddexp.reduce(problem.posterior.ways.log_anchored))
+    others = problem.posterior.log_evidence
     return RateChange(place * slid, ratio) if together > others + _CLEARLY else None
 
 
@@ -96,14 +96,7 @@ def _evidence(reading: DepthReading, reference: float) -> float:
     return float(np.logaddexp.reduce(ways([plain], []).log_anchored))
 
 
-DECISIVE = 4.6
-"""ln of the odds, 100 to 1, from which on a curve does not have the shape of the law, a line and noise.
-
-Where it has, the odds are as large in less than one of a hundred runs (Markov's inequality).
-"""
 _PROBABLE = 0.8
-_WORTH_A_FIT = 0.7
-"""Standard uncertainties that a shift has to be, about, for k_D to be fitted by another engine as well."""
 _FAR = 3.0
 """Standard uncertainties from which on a k_D of another engine is another k_D."""
 
@@ -147,34 +140,33 @@ def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Fin
 
 
 def engine_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
-    """Report a k_D that local pressure would shift by more than its standard uncertainty, as a warning by three."""
-    u = coefficient.standard_uncertainty or np.inf
-    if _shift_by_engine(problem, coefficient) < _WORTH_A_FIT * u:
+    """Report a k_D that local pressure would shift by more than its standard uncertainty.
+
+    As a warning where the shift is far beyond the uncertainty, which includes it as a possible one, or where the shape
+    of the reading is that of local pressure.
+    """
+    if PRESSURE not in problem.inputs:
         return
-    local = wear_coefficient(replace(problem, engine="local").coefficient())
-    apart = abs(local.value - coefficient.value) / u
+    other = problem.by_local_pressure
+    local = wear_coefficient(other.coefficient())
+    apart = abs(local.value - coefficient.value) / (coefficient.standard_uncertainty or np.inf)
     if apart > 1:
+        favored = other.basis != "measurement" and problem.evidence_of_local_pressure > DECISIVE
+        why = (
+            "the shape of the depth signal agrees better with it"
+            if favored
+            else "the wear depth is small compared with the elastic approach"
+        )
         yield Finding(
-            severity="warning" if apart > _FAR else "note",
+            severity="warning" if favored or apart > _FAR else "note",
             code="depends_on_engine",
             where="depth",
             message=(
                 f"k_D would be {local.shown(WEAR_COEFFICIENT)} under {problem.law.title} with local contact "
-                f"pressure, a shift of {apart:.1f} standard uncertainties, because the wear depth is small compared "
-                "with the elastic approach"
+                f"pressure, a shift of {apart:.1f} standard uncertainties; {why}"
             ),
-            remedy="run a longer test, or use --engine local",
+            remedy="use --engine local" if favored else "run a longer test, or use --engine local",
         )
-
-
-def _shift_by_engine(problem: DepthProblem, coefficient: Quantity) -> float:
-    """Return by how much local pressure shifts k_D, m²/N, as far as the volume at the final depth shows."""
-    if problem.engine == "local" or problem.contact.pin.shape != "spherical":
-        return 0.0
-    volume = coefficient.value * problem.unit_volume(problem.values, np.asarray([problem.trace.slid]))
-    depth = problem.pin(problem.values).worn(volume).depth
-    ratio = pin_curve(problem.contact, problem.values, "local").volume(depth) / volume
-    return abs(float(ratio[0]) - 1) * coefficient.value
 
 
 def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:

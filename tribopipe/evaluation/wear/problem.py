@@ -67,6 +67,12 @@ _CERTAIN = 3.0
 """Standard uncertainties from which on wear of a pin that was not measured is distinguished from none."""
 _LEAST_PART = 0.2
 """Its part in what the sensor shows from which on a drift beyond all expectation would be noticed elsewhere, too."""
+PRESSURE = "pressure_distribution"
+"""Input: volume at a depth by the true contact pressure over that by the engine's."""
+_TRIANGULAR = math.sqrt(6)
+"""Width of a triangular distribution that is highest at one end, over its root mean square about that end."""
+_NEGLIGIBLE = 1e-3
+"""Relative uncertainty of k_D by the contact pressure that is left out."""
 
 
 @dataclass(frozen=True)
@@ -136,9 +142,9 @@ class WearProblem:
         """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear.
 
         On a disc that does, the pin has lost more at the same depth (tribopipe.physics.pin_on_track), and on one that
-        nobody looked at it may have.
+        nobody looked at it may have. By another distribution of the contact pressure it has lost less.
         """
-        on_plane = self._groove_growth(values) * values.get("unseen_groove", 1.0)
+        on_plane = self._groove_growth(values) * values.get("unseen_groove", 1.0) * values.get(PRESSURE, 1.0)
         return values["normal_load"] * self.effective_distance(values, distance) / on_plane
 
     def _groove_growth(self, values: Values) -> Numbers:
@@ -437,6 +443,8 @@ def wear_problem(
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
     inputs |= _unseen_groove(end, recipe, by_sensor=measured is None)
+    engine = engine_of(manifest.sliding_pin.pin, measured, recipe)
+    inputs |= _pressure_distribution(manifest.sliding_pin, best_values(inputs), end, engine)
     inputs |= law_inputs(law_named(law), recipe)
     return WearProblem(
         contact=manifest.sliding_pin,
@@ -446,7 +454,7 @@ def wear_problem(
         end=end,
         friction=known.path,
         inputs=inputs,
-        engine=engine_of(manifest.sliding_pin.pin, measured, recipe),
+        engine=engine,
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
@@ -487,6 +495,22 @@ def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str
     beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
     factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))
     return {"unseen_groove": Input(factor, "default", above_zero=True)} if factor.standard_uncertainty else {}
+
+
+def _pressure_distribution(contact: SlidingPin, values: Values, end: EndWear, engine: WearEngine) -> dict[str, Input]:
+    """Return by what factor the pin may have lost more at its depth than by the engine's contact pressure.
+
+    That pressure is the most probable one, local pressure the limit: a triangular distribution. Nothing where local
+    pressure changes nothing, or is not known: flat pins and truncated spheres.
+    """
+    depth = end.pin_depth.value
+    if engine == "local" or contact.pin.shape != "spherical" or not depth > 0:
+        return {}
+    local, other = (pin_curve(contact, values, by).volume(depth) for by in ("local", engine))
+    spread = abs(float(local / other) - 1) / _TRIANGULAR
+    if spread < _NEGLIGIBLE:
+        return {}
+    return {PRESSURE: Input(Quantity(value=1.0, unit="1", standard_uncertainty=spread), "default", above_zero=True)}
 
 
 def _sensor_noise(trace: SensorTrace, distance: Column, segments: Column) -> float:

@@ -318,6 +318,11 @@ class DepthPosterior:
         """Standard deviation of the noise of a block of mean size, m."""
         return float(np.sqrt(self.weights @ self.ways.noise**2))
 
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the probability of reading and measurement, whatever way they came about."""
+        return float(np.logaddexp.reduce(self.ways.log_anchored))
+
     @cached_property
     def log_odds(self) -> float:
         """Evidence, as a logarithm of odds, that the reading is more than wear by the law, a line and noise."""
