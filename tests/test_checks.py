@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from conftest import SAMPLES
 from sweeps import others_slow
+from tip_maps import WornBall
 
 from tribopipe.base.errors import CheckError
 from tribopipe.documents.manifest import RunManifest
@@ -110,6 +111,13 @@ def there_and_back(length, offset=0.1):
         return replace(run, columns={**run.columns, **found})
 
     return spoil
+
+
+def mapped(radius):
+    """Have the scar measured as a map of a tip with a radius, m."""
+    lines = WornBall(radius=radius, scar=0.25e-3, size=1.8).map()
+    profiles = {f"end_values.pin_profile[{number}]": line for number, line in enumerate(lines)}
+    return lambda run: replace(run, profiles=profiles)
 
 
 def straight(depth):
@@ -513,6 +521,7 @@ CASES = {
         "end_values.pin_mass_loss",
         manifest(end_values__pin_mass_loss={"value": "0.0009 mg", "standard_uncertainty": "5 %"}),
     ),
+    "map_radius_differs": ("warning", mapped(0.84e-3), "end_values.pin_profile", mapped(0.795e-3)),
     "no_wear_in_profile": (
         "note",
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(0.0)}),

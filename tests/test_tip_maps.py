@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -185,6 +186,17 @@ def test_map_without_a_scar_is_one_finding():
     assert "found no scar" in finding.message
     with pytest.raises(FitError, match=r"bare: end_values\.pin_profile of map: map: found no scar"):
         end_wear(run, DefaultUncertainty())
+
+
+@pytest.mark.parametrize(("off", "named"), [(0.0, 0), (0.002, 0), (0.05, 1), (-0.1, 1)])
+def test_radius_that_is_not_that_of_the_tip_is_named(off, named):
+    run = mapped_run(WornBall(radius=(1 + off) * RADIUS, scar=0.25e-3, size=1.8))
+    found = [one for one in check_run(run) if one.code == "map_radius_differs"]
+    assert len(found) == named
+    for finding in found:
+        assert (finding.severity, finding.where) == ("warning", KEY)
+        shown = re.search(r"radius of ([\d.]+) ± [\d.]+ mm in the height map", finding.message)
+        assert float(shown[1]) == pytest.approx((1 + off) * RADIUS * 1e3, rel=5e-3)
 
 
 def test_mean_of_the_lines_of_a_map_is_as_uncertain_as_lines_that_share_their_noise():

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import combinations
 from typing import Literal
 
@@ -15,7 +16,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
-from tribopipe.evaluation.measurements.tip_map import volume_below_sphere
+from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import disc_totals
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, contradictions, surest
@@ -127,6 +128,23 @@ def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
                 volume_below_sphere(one, tip_radius(run, DefaultUncertainty()))
         except FitError as error:
             yield _no_wear(where, error)
+
+
+@check("warning")
+def map_radius_differs(run: RawRun) -> Iterator[Trouble]:
+    """Name height maps whose unworn surface is a sphere of another radius than the tip has by run.toml."""
+    for where, maps in _maps(run).items():
+        stated = tip_radius(run, DefaultUncertainty())
+        for lines in maps.values():
+            with suppress(FitError):
+                if radii_differ(stated, seen := volume_below_sphere(lines, stated).radius):
+                    yield Trouble(
+                        where,
+                        f"found an unworn surface with a radius of {seen.shown('mm')} in the height map; expected "
+                        f"{stated.shown('mm')}, that of the tip; the wear volume is calculated with the radius from "
+                        "the map",
+                        "check the radius of the tip, and the scale of the map in x, y and z",
+                    )
 
 
 def _maps(run: RawRun) -> dict[str, dict[str, list[Profile]]]:

@@ -350,6 +350,12 @@ def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
     return MapVolume(found, share * by_radius.volume, seen)
 
 
+def radii_differ(stated: Quantity, seen: Quantity) -> bool:
+    """Return whether the radius of the unworn surface, m, contradicts the stated one."""
+    spread = math.hypot(stated.standard_uncertainty or 0.0, seen.standard_uncertainty or 0.0)
+    return abs(seen.value - stated.value) > _CLEAR * spread
+
+
 def _share_of_stated(stated: Quantity, seen: Quantity) -> float:
     """Return the weight of the stated radius in the mean of both; 0 where they contradict each other.
 
@@ -361,7 +367,7 @@ def _share_of_stated(stated: Quantity, seen: Quantity) -> float:
             f"map: found a sphere of radius {seen.shown('mm')} around the scar; expected the radius of the tip, "
             f"{show(stated.value, None, 'm', 'mm')}; check the units of positions and heights, and the radius"
         )
-    if abs(off) > _CLEAR * math.hypot(*spreads):
+    if radii_differ(stated, seen):
         return 0.0
     return spreads[1] ** 2 / (spreads[0] ** 2 + spreads[1] ** 2)
 
