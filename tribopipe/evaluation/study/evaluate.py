@@ -172,8 +172,8 @@ class _Law:
 
     def _draw(self, rng: Generator, count: int) -> Column:
         """Draw k_D of each body by the study: the model of JCGM 102."""
-        names = (*self.fitted[0].may_share(self.study.shared), *law_named(self.law).inputs())
-        shared = {name: rng.standard_normal(count) for name in names}
+        names = (name for run in self.fitted for name in run.may_share(self.study.shared))
+        shared = {name: rng.standard_normal(count) for name in dict.fromkeys((*names, *law_named(self.law).inputs()))}
         drawn = [run.draw(rng, count, shared) for run in self.fitted]
         solved = np.stack([one.coefficients for one in drawn], axis=1)
         if not self._combined:

@@ -197,7 +197,11 @@ class PosedRun:
 
     def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return which inputs may be off by the same in several runs: discs nobody looked at are as good as one."""
-        return (*(name for name in names if name in PIN_SHARED), "unseen_groove", PRESSURE)
+        return (
+            *(name for name in names if name in PIN_SHARED),
+            "unseen_groove",
+            *{PRESSURE}.intersection(self.problem.inputs),
+        )
 
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
         """Return what u of k_D is made of, for a test ``length`` times as long where that is named."""
