@@ -44,7 +44,7 @@ CASES = {
 }
 """Module of each case."""
 _WHAT = """\
-Each case compares tribopipe with the usual alternative, or with a lower bound on the time. The two are timed
+In each case, tribopipe is compared with the usual alternative, or with a lower bound on the time. The two are timed
 alternately, many times, in one process. Times are medians, with the minimum and the maximum in parentheses. A ratio is
 the time of tribopipe divided by that of the alternative; "times as fast" is the inverse ratio. Cases without disk
 access (b to e, and i) are compared by CPU time. Case (i) compares the current version with an earlier one, which is

@@ -28,7 +28,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     listing = Command([str(COMMAND), "ls", "--archive", str(archive)])
     listing()  # which makes the catalogue
     yield Pair(
-        f"tribopipe ls of {runs:,} runs",
+        f"`tribopipe ls` with {runs:,} runs",
         listing,
         partial(listed, some),
         f"h5py loop over their files; extrapolated from {len(some)} files",

@@ -15,6 +15,7 @@ from case import Pair, Row, Setting
 from scipy.integrate import solve_ivp
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import superscript
 from tribopipe.physics.hertz import contact_modulus
 from tribopipe.physics.pin_on_disc import SphericalPin
 
@@ -33,11 +34,12 @@ def rows(setting: Setting) -> Iterator[Row]:
     compiled = _compiled(euler)
     steps = each_to(ACCURACY, compiled, setting)
     looped = setting.of(200, small=20)
-    error = f"a relative error of {end_error(compiled(PLACES, steps, PLACES)):.1e}"
+    error = f"a relative error of {_power_of_ten(end_error(compiled(PLACES, steps, PLACES)))}"
     there = f"of the published scheme, {steps * PLACES:,} steps for {error}"
     loop = f"numpy loop {there}; extrapolated from {looped * steps:,} steps"
-    off = f"with a relative error of {np.max(np.abs(solved() - exact()[1:])) / exact()[-1]:.1e} along the curve"
-    by_solver = f"scipy's solve_ivp (DOP853, rtol {_TOLERANCE:.0e}), {off}"
+    along = float(np.max(np.abs(solved() - exact()[1:])) / exact()[-1])
+    off = f"with a relative error of {_power_of_ten(along)} along the curve"
+    by_solver = f"solve_ivp from scipy (DOP853, rtol {_TOLERANCE:g}), {off}"
     peers: list[tuple[str, Callable[[], object], float, float | None]] = [
         (loop, lambda: euler(looped, steps, PLACES), PLACES / looped, 1000),
         (f"numba loop {there}", lambda: compiled(PLACES, steps, PLACES), 1.0, 20),
@@ -45,6 +47,12 @@ def rows(setting: Setting) -> Iterator[Row]:
     ]
     for beside, peer, scaled, at_least in peers:
         yield Pair(_WHAT, exact, peer, beside, scaled, at_least=at_least, clock=time.process_time)
+
+
+def _power_of_ten(number: float) -> str:
+    """Write a number as 1.0×10⁻⁶."""
+    mantissa, exponent = f"{number:.1e}".split("e")
+    return f"{mantissa}×10{superscript(int(exponent))}"
 
 
 def _compiled(scheme: Callable[[int, int, int], Column]) -> Callable[[int, int, int], Column]:
@@ -56,7 +64,7 @@ def _compiled(scheme: Callable[[int, int, int], Column]) -> Callable[[int, int, 
     return found
 
 
-_WHAT = f"exact curve of a pin, {PLACES:,} points"
+_WHAT = f"exact wear curve of a pin, {PLACES:,} points"
 
 
 def exact() -> Column:

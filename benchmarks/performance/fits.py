@@ -35,7 +35,7 @@ SAMPLES_A_RUN = 12_500
 TYPICAL = 1e-15
 """m²/N, 1e-9 mm³/(N mm): amid what is found of dry ceramics and metals, for a search to start from."""
 _LONGEST = 1_250_000
-_FRICTION, _WEAR = "friction fit", "k_D fit with its uncertainty budget"
+_FRICTION, _WEAR = "friction fit", "k_D fit with uncertainty budget"
 _WHOLE, _BOTH = "k_D fit to the complete depth signal", "k_D fit to the complete depth signal, with both laws"
 NO_DRAWS = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
@@ -43,9 +43,9 @@ NO_DRAWS = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 def rows(setting: Setting) -> Iterator[Row]:
     """Yield both fits and their growth."""
     run = TestRun(SAMPLES_A_RUN)
-    peer = "curve_fit of Eq. 7"
+    peer = "curve_fit with Eq. 7 of the paper"
     yield Pair(_FRICTION, run.friction, run.friction_by_scipy, peer, at_most=3, clock=time.process_time)
-    peer = "curve_fit of the exact curve"
+    peer = "curve_fit with the exact wear curve"
     yield Pair(_WEAR, run.wear, run.wear_by_scipy, peer, at_most=2, clock=time.process_time)
     yield Pair(_WHOLE, run.whole_wear, run.wear_by_scipy, peer, clock=time.process_time)
     yield Pair(_BOTH, run.both_laws, run.wear_by_scipy, peer, clock=time.process_time)

@@ -26,7 +26,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     problem = TestRun(SAMPLES_A_RUN).problem
     count, naive = setting.of(DRAWS, small=1000), setting.of(100, small=5)
     yield Pair(
-        f"Monte Carlo of k_D, {count:,} draws",
+        f"Monte Carlo uncertainty of k_D, {count:,} draws",
         partial(drawn, problem, count),
         partial(drawn_one_by_one, problem, naive),
         f"curve_fit to all samples for each draw; extrapolated from {naive} draws",
@@ -36,7 +36,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     )
     sizes = setting.decades(_MOST, small=20_000)
     yield Growth(
-        "Monte Carlo of k_D",
+        "Monte Carlo uncertainty of k_D",
         sizes,
         lambda size: partial(drawn, problem, size),
         of="draws",

@@ -8,6 +8,7 @@ from clock import Times
 from weight import Weight
 
 _FAR_FASTER = 0.1
+_GROUPED_FROM = 10_000
 
 
 class Timed(NamedTuple):
@@ -37,7 +38,7 @@ class Timed(NamedTuple):
         """Say how both compare, the way that is asked for; of what is far faster, how many times."""
         ratio = self.ours.median / self.peer.median
         turned = self.pair.at_least is not None or ratio < _FAR_FASTER
-        return f"{float(f'{1 / ratio:.4g}'):,.10g} times as fast" if turned else f"{ratio:.3g}"
+        return f"{_grouped(float(f'{1 / ratio:.4g}'))} times as fast" if turned else f"{ratio:.3g}"
 
 
 class Grown(NamedTuple):
@@ -78,7 +79,7 @@ def of_growth(grown: Iterable[tuple[str, Grown]]) -> list[Sequence[str]]:
     return [
         (
             f"({letter}) {one.growth.what}",
-            " · ".join(f"{size:,}" for size in one.growth.sizes) + f" {one.growth.of}",
+            " · ".join(_grouped(size) for size in one.growth.sizes) + f" {one.growth.of}",
             " · ".join(time.short for time in one.times),
             f"{one.exponent:.2f}",
             *_held(one),
@@ -91,10 +92,15 @@ def of_memory(pairs: Iterable[tuple[str, Timed]], grown: Iterable[tuple[str, Gro
     """Return the rows of the table of peak memory."""
     rows: list[Sequence[str]] = [(f"({letter}) {one.pair.what}", *map(_told, one.weights)) for letter, one in pairs]
     rows += [
-        (f"({letter}) {one.growth.what}, {one.growth.sizes[-1]:,} {one.growth.of}", _told(one.weight), "")
+        (f"({letter}) {one.growth.what}, {_grouped(one.growth.sizes[-1])} {one.growth.of}", _told(one.weight), "")
         for letter, one in grown
     ]
     return rows
+
+
+def _grouped(number: float) -> str:
+    """Write a number with thousands separators from five digits on, as in the documentation."""
+    return f"{number:,.10g}" if number >= _GROUPED_FROM else f"{number:.10g}"
 
 
 def _told(weight: Weight | None) -> str:
