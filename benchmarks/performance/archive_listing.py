@@ -31,7 +31,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         f"`tribopipe ls` with {runs:,} runs",
         listing,
         partial(listed, some),
-        f"h5py loop over their files; extrapolated from {len(some)} files",
+        f"h5py loop over the files; extrapolated from {len(some)} files",
         scaled=runs / len(some),
         repeats=7,
     )

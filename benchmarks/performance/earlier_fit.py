@@ -58,7 +58,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         print("(i) is skipped: --earlier FOLDER names the work tree of an earlier commit", file=sys.stderr)
         return
     ours, peer = Fitting(HERE), Fitting(setting.earlier.resolve())
-    both, work = partial(ours, _BOTH), "k_D of a run, with both laws"
+    both, work = partial(ours, _BOTH), "k_D for one run, with both laws"
     yield Pair(
         work,
         both,

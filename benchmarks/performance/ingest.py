@@ -54,7 +54,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         "ingest a run folder into an archive",
         ours=ours(run),
         peer=peer(run),
-        beside="`pandas.read_csv` and a plain h5py gzip write of its columns",
+        beside="`pandas.read_csv` and a plain h5py gzip write of the columns",
         at_most=1.6,
     )
     yield Growth(

@@ -27,7 +27,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     count = setting.of(_RUNS, small=_FEW)
     runs = made(setting, count)
     yield Pair(
-        f"`process` of {count} runs, two workers",
+        f"`process` on {count} runs, two workers",
         ours=processed(setting, runs, "-j", "2"),
         peer=processed(setting, runs, "-j", "1"),
         beside="one worker",
@@ -44,7 +44,7 @@ def rows(setting: Setting) -> Iterator[Row]:
         repeats=_REPEATS_OF_GROWTH,
     )
     yield Growth(
-        "`process` of one run",
+        "`process` on one run",
         sizes=[size * _SHORTEST for size in ([1, 2] if setting.small else [1, 10, 100, 1000])],
         at=lambda size: processed(setting, made(setting, 1, times=size // _SHORTEST), *plain),
         at_most=1.1,
