@@ -208,6 +208,20 @@ def test_mean_of_the_lines_of_a_map_is_as_uncertain_as_lines_that_share_their_no
 # --- files ---
 
 
+def test_map_in_a_file_is_shown_as_a_volume_and_few_of_its_lines(tmp_path, run_cli):
+    ball = WornBall()
+    (tmp_path / "tip.csv").write_text("x [mm],y [mm],z [um]\n" + points(ball.map()), encoding="utf-8")
+    shown = run_cli("show", "tip.csv", "--radius", "3 mm", cwd=tmp_path)
+    assert len(shown.stdout.splitlines()) < 20
+    assert "8 of 101 scan lines of the height map listed" in shown.stderr
+    said = json.loads(run_cli("show", "tip.csv", "--radius", "3 mm", "--json", cwd=tmp_path).stdout)
+    assert said["worn_tip"]["volume"]["value"] == pytest.approx(ball.volume, rel=3e-3)
+    assert len(said["profiles"]) == 101
+    flat = run_cli("show", "tip.csv", "--radius", "1 mm", cwd=tmp_path)
+    assert "tip.csv: map: found a sphere of radius" in flat.stderr
+    assert json.loads(run_cli("show", "tip.csv", "--json", cwd=tmp_path).stdout)["worn_tip"] is None
+
+
 def points(lines, scale=(1e3, 1e3, 1e6)) -> str:
     rows = (
         f"{x * scale[0]:.6f},{line.across * scale[1]:.6f},{z * scale[2]:.6f}\n"

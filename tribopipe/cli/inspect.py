@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.base.errors import ArchiveError
     from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.measurements.tip_map import MapVolume
     from tribopipe.evaluation.measurements.track_profile import Level, Track
     from tribopipe.results.run import Profile
 
@@ -75,13 +76,18 @@ class _Shown:
 
     def tell(self, title: str) -> None:
         """Print everything as a table and notes."""
+        from tribopipe.evaluation.measurements.height_map import maps_of
         from tribopipe.evaluation.measurements.track_profile import Track
+        from tribopipe.views.profile_figures import drawn_of
 
-        rows = [[key, *_cells(found)] for key, found in self.found.items() if isinstance(found, Track)]
+        listed = drawn_of(list(self.found)) if maps_of(self.profiles) else list(self.found)
+        rows = [[key, *_cells(found)] for key in listed if isinstance(found := self.found[key], Track)]
         if rows:
             table(
                 title, ["profile", "groove area", "pile-up area", "net area", "width", "depth", "unworn surface"], rows
             )
+        if len(listed) < len(self.found):
+            say(f"{len(listed)} of {len(self.found)} scan lines of the height map listed; --json lists all")
         self._tell_levelled({key: found.why for key, found in self.found.items() if not isinstance(found, Track)})
         if 0 < len(self.figures) < len(self.found):
             say(f"{len(self.figures)} of {len(self.found)} profiles drawn")
@@ -122,12 +128,34 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     found = {key: examined(profile, radius) for key, profile in profiles.items()}
     figures = save_profile_figures(profiles, found, _FIGURES, path.stem) if asked.plot else {}
     shown, said = _Shown(profiles, found, figures), [*remarks(read), *notes]
+    worn = None if radius is None else _worn_tip(path, profiles, radius)
     if as_json:
-        print_json({"file": str(path), "notes": said, "profiles": shown.document()})
+        tip = None if worn is None else {name: record_json(getattr(worn, name)) for name in ("volume", "radius")}
+        print_json({"file": str(path), "notes": said, "profiles": shown.document(), "worn_tip": tip})
         return
     for note in said:
         say(f"note: {note}")
-    shown.tell(f"{path}: wear track in each profile")
+    if worn is None:
+        shown.tell(f"{path}: wear track in each profile")
+        return
+    row = [worn.volume.shown("mm^3"), worn.radius.shown("mm")]
+    table(f"{path}: scar in the height map", ["wear volume of the tip", "radius of the unworn surface"], [row])
+    shown.tell(f"\n{path}: scar in scan lines")
+
+
+def _worn_tip(path: Path, profiles: "Mapping[str, Profile]", radius: float) -> "MapVolume | None":
+    """Return the volume that a spherical tip has lost by a height map; none for profiles, and maps without a scar."""
+    from tribopipe.base.errors import FitError
+    from tribopipe.documents.quantity import Quantity
+    from tribopipe.evaluation.measurements.height_map import maps_of
+    from tribopipe.evaluation.measurements.tip_map import volume_below_sphere
+
+    for lines in maps_of(profiles).values():
+        try:
+            return volume_below_sphere(lines, Quantity(value=radius, unit="m"))
+        except FitError as error:
+            say(f"{path}: {error}")
+    return None
 
 
 def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
