@@ -216,7 +216,7 @@ def test_derived_count_is_held_against_no_speed():
 @pytest.mark.parametrize(
     ("check", "changes", "columns", "words"),
     [
-        ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "which means no contact"),
+        ("load_sign", {}, {"normal_force": -COLUMNS["normal_force"]}, "a negative load means no contact"),
         ("axis_backward", {}, {"rotations": TURNS - 5.0}, "not a count"),
         ("axis_backward", {}, changed("rotations", slice(7, 12), 5.0), "not a count"),
         ("missing_input", ONLY_CURVED, {}, "one-sided model"),

@@ -423,7 +423,7 @@ def test_another_recipe_redoes_what_depends_on_it(run_cli, archive):
 def test_commands_lead_from_an_empty_folder_to_a_prediction(run_cli, short_plan, tmp_path):
     shutil.copy(short_plan, tmp_path)
     for command, told in (
-        ("simulate runs --plan plan.toml", "Simulated into runs"),
+        ("simulate runs --plan plan.toml", "Simulated runs in runs"),
         ("check runs", "si3n4-air-400mN: no problems found"),
         ("ingest runs", "si3n4-air-400mN: archived"),
         ("correct-drift", "si3n4-air-400mN: drift "),

@@ -243,7 +243,7 @@ def test_every_wish_gets_a_plan_that_can_be_said(wanted, scatter, si3n4):
     assert (plan.replicates is None) == (wanted <= plan.by_replicates)
     assert plan.sliding_distance is None or plan.sliding_distance.value >= si3n4.problem.trace.slid * (1 - 1e-9)
     assert (plan.sliding_distance is None) == (wanted < plan.by_distance)
-    head = f"{SI3N4}, archard: half-width of the 95 % interval of k_D is {100 * plan.half_width:.1f} %, target "
+    head = f"{SI3N4}, archard: half-width of the 95 % interval for k_D is {100 * plan.half_width:.1f} %, target "
     assert str(plan).startswith(f"{head}{100 * wanted:.1f} %")
 
 

@@ -52,7 +52,7 @@ def test_steady_rate_is_the_slope_after_running_in(body):
     assert wear.steady_rate.value == pytest.approx(STEADY, rel=0.02)
     assert abs(wear.steady_rate.value - STEADY) < 2 * wear.steady_rate.standard_uncertainty
     assert 0 < wear.steady_from.value < 20e3
-    said = f"the overall rate of the {body} is 2.6 times its steady-state rate due to running-in"
+    said = f"the overall wear rate of the {body} is 2.6 times its steady-state rate, because of running-in"
     assert said in found.notes
 
 

@@ -293,10 +293,15 @@ FAILURES = {
         "cannot be used (written by another version); expected one wr",
     ),
     "refused": (LS, fault("refused"), FILE_NAME, "access is refused (status 403); expected permission to read; check"),
-    "silent": (LS, fault("silent"), FILE_NAME, "found no answer in time; expected a file; check the connection"),
+    "silent": (LS, fault("silent"), FILE_NAME, "found no response in time; expected a file; check the connection"),
     "cut": (LS, fault("cut"), FILE_NAME, "cannot be read ("),
     "run refused": (SHOW, fault("refused", FILE), FILE, "access is refused (status 403); expected permission to read"),
-    "run silent": (SHOW, fault("silent", FILE), FILE, "found no answer in time; expected a file; check the connection"),
+    "run silent": (
+        SHOW,
+        fault("silent", FILE),
+        FILE,
+        "found no response in time; expected a file; check the connection",
+    ),
     "run cut": (SHOW, fault("cut", FILE), FILE, "cannot be read ("),
     "run gone": (SHOW, lambda listed, _: (listed / FILE).unlink(), FILE, "found no such file; expected"),
 }
@@ -338,7 +343,7 @@ def test_damage_of_a_run_in_blocks_is_one_sentence(run_cli, server, listed, spoi
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda path, _: os.utime(path, ns=(1, 1)), "found that the file has changed while it was read"),
+        (lambda path, _: os.utime(path, ns=(1, 1)), "found that the file changed while it was being read"),
         (lambda _, server: server.faults.update({FILE: "refused"}), "access is refused"),
     ],
 )
@@ -383,7 +388,7 @@ def test_missing_packages_are_named(run_cli, monkeypatch, package, address):
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     line = sentence(run_cli("ls", "--archive", address))
-    assert f"found no package {package}; expected the packages of remote archives" in line
+    assert f"found no package {package}; expected the packages for remote archives" in line
     assert 'run `pip install "tribopipe[remote]"`' in line
 
 

@@ -111,7 +111,7 @@ def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_arch
     assert run_in.first.wear_coefficient.value == pytest.approx(archard.first.wear_coefficient.value, rel=1e-9)
     assert str(run_in.parameters[0].value) == "0"
     assert (
-        "excess is fixed at its fitted value of 0: k_D and its uncertainty are those without this parameter"
+        "excess is fixed at its fitted value of 0, so that k_D and its uncertainty are those of a fit without it"
         in run_in.notes
     )
 

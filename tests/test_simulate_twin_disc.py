@@ -363,7 +363,7 @@ def test_command_tells_the_truth_of_both_discs(run_cli, tmp_path):
     plan.write_text(head + "[[twin_disc_series]]" + rest.partition("[[twin_disc_series]]")[2], encoding="utf-8")
     result = run_cli("simulate", tmp_path / "runs", "--plan", plan, "--json")
     assert result.exit_code == 0
-    assert "Simulated into" in result.stderr
+    assert "Simulated runs in" in result.stderr
     assert "si3n4-twin-disc-4pct-2000k" in result.stderr
     assert "archard, fatigue" in result.stderr
     assert "true k_D, 10⁻¹² mm³/(N·mm)" in result.stderr

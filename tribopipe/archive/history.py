@@ -390,8 +390,8 @@ def _of_itself(one: Entry) -> Iterator[str]:
     """Report what a line states about the history itself."""
     if one.event == "broken" or (one.event == "begun" and one.lost):
         yield (
-            f"found that history lines were missing when the archive was changed on {one.date} (hash of the last one: "
-            f"{one.lost[:16]}); expected a complete history"
+            f"found that history lines were missing when the archive was changed on {one.date} (hash of the last "
+            f"missing line: {one.lost[:16]}); expected a complete history"
         )
     elif one.event == "begun" and one.files:
         count = f"{one.files} runs and studies" if one.files > 1 else "one run or study"

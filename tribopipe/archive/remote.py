@@ -266,7 +266,7 @@ def _files_in(folder: Path, where: str) -> dict[str, _Listed]:
     except (sqlite3.DatabaseError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"{where}: found a catalog that cannot be used ({_said(error)}); expected one written by tribopipe "
-            f"{VERSION}; run `tribopipe ls` of this version on the computer that stores the archive"
+            f"{VERSION}; run `tribopipe ls` with this version on the computer that stores the archive"
         ) from None
 
 
@@ -331,7 +331,7 @@ def _sentences(where: str) -> Iterator[None]:
     except ImportError as error:
         package = (error.name or "s3fs").partition(".")[0]
         raise ArchiveError(
-            f"{where}: found no package {package}; expected the packages of remote archives; run "
+            f"{where}: found no package {package}; expected the packages for remote archives; run "
             '`pip install "tribopipe[remote]"`'
         ) from None
     except Exception as error:  # noqa: BLE001 - each storage has exceptions of its own
@@ -342,15 +342,15 @@ def _why(error: Exception) -> str:
     """State in a sentence why a file cannot be fetched."""
     if isinstance(error, FileNotFoundError):
         return (
-            "found no such file; expected an archive with the catalog of its last `tribopipe ls`; check the address, "
+            "found no such file; expected an archive with a catalog written by `tribopipe ls`; check the address, "
             "and run `tribopipe ls` on the computer that stores the archive"
         )
     if isinstance(error, PermissionError) or getattr(error, "status", 0) in (401, 403):
         return f"access is refused ({_said(error)}); expected permission to read; check the address and credentials"
     if getattr(error, "status", 0) == _CHANGED:
-        return "found that the file has changed while it was read; expected an unchanged file; run the command again"
+        return "found that the file changed while it was being read; expected an unchanged file; run the command again"
     if isinstance(error, TimeoutError):
-        return "found no answer in time; expected a file; check the connection, and try again"
+        return "found no response in time; expected a file; check the connection, and try again"
     return f"cannot be read ({_said(error)}); expected a file; check the address and the connection, and try again"
 
 

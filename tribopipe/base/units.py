@@ -257,8 +257,8 @@ def with_point(text: str) -> str:
     whole, decimals = found["whole"], found["decimals"]
     if len(decimals) == 3 and whole.strip("+- ").lstrip("0"):
         raise UnitError(
-            f"found {text!r}, where the comma may mark decimals or thousands; expected a decimal point or no comma; "
-            f"write {whole.strip()}.{decimals} or {whole.strip()}{decimals}"
+            f"found {text!r}, where the comma may be a decimal or a thousands separator; expected a decimal point or "
+            f"no comma; write {whole.strip()}.{decimals} or {whole.strip()}{decimals}"
         )
     return f"{whole}.{decimals}{text[found.end() :]}"
 

@@ -88,7 +88,7 @@ def _opened(folder: Path, file: str) -> Iterator[h5py.File]:
             yield opened
     except (LookupError, MemoryError, OSError, OverflowError, RuntimeError, TypeError, ValueError) as error:
         why = str(error).partition("\n")[0]
-        raise HTTPException(422, f"{file}: cannot be read as requested ({why}); open another part of it") from error
+        raise HTTPException(422, f"{file}: cannot be read as requested ({why}); open another part") from error
 
 
 def _encoded(content: object, encoding: Format = "json") -> Response:
@@ -149,7 +149,7 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
     dataset = _entity(file, path)
     check_attributes(dataset)
     if not isinstance(dataset, h5py.Dataset):
-        raise HTTPException(422, f"found no dataset at {path}; expected a dataset with values; open one of its members")
+        raise HTTPException(422, f"found no dataset at {path}; expected a dataset with values; open a member")
     if kinds is not None and dataset.dtype.kind not in kinds:
         raise HTTPException(422, f"found {dataset.dtype} at {path}; expected real numbers; open another dataset")
     count, size = _selected(dataset, selection), dataset.dtype.itemsize

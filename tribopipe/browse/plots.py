@@ -212,8 +212,13 @@ class PlotOffer:
 
 def coefficient_offer(stage: str, path: str, draw: Draw) -> PlotOffer:
     """Offer a plot of k_D against the friction coefficient."""
-    words = "Wear volume per unit load and distance, in windows along each run; Sarkar's law predicts k_D·√(1 + 3μ²)."
-    return PlotOffer("coefficient", "Wear coefficient against friction", stage, path, ("friction",), draw, words)
+    words = (
+        "Effective k_D: wear volume per unit load and sliding distance, in windows along each run; Sarkar's law "
+        "predicts k_D·√(1 + 3μ²)."
+    )
+    return PlotOffer(
+        "coefficient", "Wear coefficient vs. friction coefficient", stage, path, ("friction",), draw, words
+    )
 
 
 def run_plots(run: RunFile) -> list[PlotOffer]:
@@ -324,7 +329,7 @@ def _course(run: RunFile, step: StepName, axis_path: str, _: str) -> tuple[Panel
 
 def _recorded(run: RunFile) -> Iterator[PlotOffer]:
     if changed(run):
-        yield _sampled(run, "clean-up", "Changes by preprocessing", "clean_up", "/entry/clean_up/data", draw_clean_up)
+        yield _sampled(run, "clean-up", "Changes in preprocessing", "clean_up", "/entry/clean_up/data", draw_clean_up)
     if recorded(run):
         yield _sampled(run, "signals", "Recorded signals", RAW_STAGE, "/entry/raw", draw_signals)
     for number, (name, path) in enumerate(run.keep("extras", lambda: extras(run)).items()):

@@ -48,7 +48,7 @@ def export_dataset(
     ids: Annotated[
         list[str] | None,
         typer.Argument(
-            help="IDs of archived runs and studies; the runs of a study are included; default: all.",
+            help="IDs of archived runs and studies; a study includes its runs; default: all.",
             metavar="ID",
             autocompletion=archived_names,
         ),

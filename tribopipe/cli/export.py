@@ -42,8 +42,8 @@ def export_csv(
     what: Annotated[
         str | None,
         typer.Option(
-            help="Tables: raw, cleaned, other-columns, corrected, friction, wear, fit, prediction or local-wear; "
-            "separate several with commas; default: all tables of the run."
+            help="Tables, separated by commas: raw, cleaned, other-columns, corrected, friction, wear, fit, "
+            "prediction, local-wear; default: all tables of the run."
         ),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")] = Path("csv"),
@@ -55,7 +55,7 @@ def export_csv(
 
     The files are called <id>-<what>.csv. Numbers have full precision and the units of the archive.
 
-    A run folder made of the raw columns and the run.toml of the run yields the same run.
+    A run folder with the raw columns and the run.toml of the run yields the same run.
     """
     from tribopipe.pipeline.output_paths import require_free
 
@@ -206,7 +206,7 @@ def umeshmotion(
     until: Annotated[
         str | None,
         typer.Option(
-            help='Sliding distance to simulate, for example "500 m", or rotations of the crowned disc, for '
+            help='Sliding distance to simulate, for example "500 m", or number of rotations of the crowned disc, for '
             'example "1e6".'
         ),
     ] = None,
@@ -220,8 +220,8 @@ def umeshmotion(
         Literal["0", "1", "none"],
         typer.Option(
             help=(
-                "JTYP of GETVRMAVGATNODE: 0 extrapolates to the node, 1 weights by volume; none omits the "
-                "argument, as documented for ABAQUS 6.5 and 6.6."
+                "Argument JTYP of GETVRMAVGATNODE: 0 for extrapolation to the node, 1 for a volume-weighted average, "
+                "none to omit the argument, as documented for ABAQUS 6.5 and 6.6."
             ),
         ),
     ] = "0",

@@ -78,7 +78,7 @@ def _list_pages() -> None:
     from tribopipe.cli.documentation import pages, title
 
     rows = [[name, title(name)] for name in pages()]
-    table("Pages, opened by `tribopipe help PAGE`", ["page", "about"], rows)
+    table("Pages; open one with `tribopipe help PAGE`", ["page", "about"], rows)
     print_result("`tribopipe --help` lists the commands, `tribopipe COMMAND --help` the options of a command.")
 
 

@@ -33,7 +33,7 @@ Plot = Annotated[bool, typer.Option("--plot", help="Save figures and show their 
 Radius = Annotated[
     str | None,
     typer.Option(
-        help="Radius of the ball or crown on which the profile was measured, for example '3 mm'; default: flat."
+        help="Radius of the ball or crown on which the profile was measured, for example '3 mm'; default: flat surface."
     ),
 ]
 PositionUnit = Annotated[
@@ -197,9 +197,7 @@ def _cells(track: "Track") -> list[str]:
     return [*areas, *(length.shown("um") for length in lengths), track.form]
 
 
-schema_app = typer.Typer(
-    cls=HelpPanels, help="Write the schemas of documents and of archived files.", no_args_is_help=True
-)
+schema_app = typer.Typer(cls=HelpPanels, help="Write schemas for documents and archived files.", no_args_is_help=True)
 
 
 def show(
@@ -296,8 +294,8 @@ def export_schemas(
 ) -> None:
     """Write JSON Schemas and NeXus definitions.
 
-    Editors complete and check run.toml, recipes and plans with the schemas; nxvalidate checks archived files with the
-    NeXus application definitions.
+    Editors use the schemas to complete and check run.toml, recipes and plans; nxvalidate uses the NeXus application
+    definitions to check archived files.
     """
     from tribopipe.archive.definitions.nxdl import definition_files, write_definitions
     from tribopipe.pipeline.output_paths import made_here, require_free

@@ -152,7 +152,9 @@ Where = Annotated[
 ]
 Sort = Annotated[
     str,
-    typer.Option("--sort", help="Columns to sort by, for example material,-k_d; a minus sorts in descending order."),
+    typer.Option(
+        "--sort", help="Columns to sort by, for example material,-k_d; a minus sign sorts in descending order."
+    ),
 ]
 Columns = Annotated[
     str | None, typer.Option("--columns", help="Columns to show, for example id,load,k_d; `--columns help` lists all.")

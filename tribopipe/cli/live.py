@@ -34,7 +34,9 @@ def live(
     recipe: RecipeFile = None,
     to: Annotated[
         str | None,
-        typer.Option("--to", help="Planned end, for example '500 m'; overrides conditions.sliding_distance."),
+        typer.Option(
+            "--to", help="Planned sliding distance, for example '500 m'; overrides conditions.sliding_distance."
+        ),
     ] = None,
     drift: Annotated[
         str | None, typer.Option("--drift", help="Drift of the sensor if known, for example '0 +- 5 nm/min'.")
@@ -68,7 +70,7 @@ def live(
         typer.Option("--json", callback=keep_stdout_for_json, help="Print one JSON line per update."),
     ] = False,
 ) -> None:
-    """Follow a test while it runs: k_D so far, and warnings.
+    """Follow a test while it runs: current k_D and warnings.
 
     Nothing is archived; process the run when it has ended. Exit code 1 after an alarm.
     """

@@ -79,16 +79,16 @@ def local_wear(
         Course,
         typer.Option(
             help=(
-                "Scheme: implicit uses the pressure at the end of each step, explicit that at its start, as in the "
-                "paper; economy corrects the contact instead of solving it again, as in UMESHMOTION."
+                "Scheme: implicit uses the pressure at the end of each step; explicit, as in the paper, that at the "
+                "start; economy corrects the contact instead of solving it again, as in UMESHMOTION."
             ),
         ),
     ] = "implicit",
     at: Annotated[
         list[str] | None,
         typer.Option(
-            help='Sliding distance to simulate, for example "500 m", or rotations of discs, for example "1e6"; '
-            "may be repeated."
+            help='Sliding distance to simulate, for example "500 m", or number of rotations for discs, for example '
+            '"1e6"; may be repeated.'
         ),
     ] = None,
     steps_per_decade: Annotated[int, typer.Option(min=1, help="Number of wear steps per decade of wear.")] = 16,

@@ -93,10 +93,8 @@ def predict(
     at: Annotated[
         list[str] | None,
         typer.Option(
-            help='Sliding distance at which to predict wear, for example "500 m", or rotations of discs, for '
-            'example "1e6"; '
-            "may be "
-            "repeated."
+            help='Sliding distance at which to predict wear, for example "500 m", or number of rotations for discs, '
+            'for example "1e6"; may be repeated.'
         ),
     ] = None,
     depth: Annotated[
@@ -147,9 +145,10 @@ def predict(
 ) -> None:
     """Predict wear at other loads, speeds, sliding distances or slip ratios.
 
-    With a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With --from and
-    --onto, runs are predicted from others, with 95 % bands and the agreement with the law. With none of these, every
-    archived run is predicted from the comparable run at the lightest load, and the prediction is archived.
+    If you specify a run (an ID, or a folder and a k_D) and the conditions to change, the prediction is shown. With
+    --from and --onto, k_D is identified from some runs, and the wear of others is predicted with it and compared with
+    the measurement. Without these, every archived run is predicted from the comparable run at the lightest load, and
+    the prediction is archived.
     """
     how = load_recipe(recipe, engine)
     options = {"--load": load, "--speed": speed, "--radius": radius, "--slip": slip, "--crown-radius": crown_radius}

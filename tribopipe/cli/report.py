@@ -31,7 +31,9 @@ def report(
     ] = None,
     details: Annotated[
         list[Path] | None,
-        typer.Option("--details", help="TOML file with laboratory, customer, samples, signatories; may be repeated."),
+        typer.Option(
+            "--details", help="TOML file with laboratory, customer, samples and signatories; may be repeated."
+        ),
     ] = None,
     standard: Annotated[
         Literal["g99", "g133", "g77", "d4172", "d5183", "d6425", "iso20808", "iso7148"] | None,

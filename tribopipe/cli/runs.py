@@ -175,7 +175,7 @@ def simulate(
     truths = simulate_plan(load_toml(plan, Plan), folder)
     if as_json:
         print_json({"runs": [record_json(truth) for truth in truths]})
-    title = f"Simulated into {folder}"
+    title = f"Simulated runs in {folder}"
     pins = [truth for truth in truths if isinstance(truth, Truth)]
     if pins:
         k_d = _column("true k_D", [truth.wear_coefficient for truth in pins], WEAR_COEFFICIENT)
@@ -187,7 +187,7 @@ def simulate(
         _show_discs(title if not pins else "", discs)
 
 
-_DISCS = {"curved": "crowned", "flat": "flat"}
+_DISCS = {"curved": "crowned", "flat": "cylindrical"}
 
 
 def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:

@@ -263,7 +263,7 @@ def plan(
         str, typer.Argument(help="ID of an archived run or study.", metavar="ID", autocompletion=archived_ids)
     ],
     interval: Annotated[
-        str, typer.Option("--interval", help='Target half-width of the 95 % interval of k_D, for example "10 %".')
+        str, typer.Option("--interval", help='Target half-width of the 95 % interval for k_D, for example "10 %".')
     ],
     model: Law = "archard",
     archive: ReadableArchive = DEFAULT_ARCHIVE,
@@ -283,7 +283,7 @@ def plan(
         print_result(str(found))
         table(
             f"  contributions to the uncertainty of {found.of}",
-            ["input", "value", "u of k_D", "share of variance", "95 % interval if halved"],
+            ["input", "value", "u of k_D", "share of variance", "half-width with half the u"],
             [
                 [
                     input_label(lever.name),

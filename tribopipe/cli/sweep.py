@@ -57,7 +57,7 @@ def sweep(
 ) -> None:
     """Evaluate, predict or simulate for every combination of values.
 
-    The document states the purpose: effect of evaluation choices on k_D, wear and service life under other
+    The TOML file defines the purpose: effect of evaluation choices on k_D, wear and service life under other
     conditions, or recovery of k_D from virtual tests.
     """
     from tribopipe.documents.record import load_toml

@@ -97,7 +97,7 @@ def show_summaries(labels: "Sequence[Head]", summaries: "Sequence[Summary]") -> 
 
 _SPREADS = "k_D in mm³/(N·mm) for all choices: half range, stated standard uncertainty u and effect of each choice"
 _SCATTERS = "Monte Carlo results; ± is the standard deviation of the samples"
-_COVERAGES = "k_D of virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
+_COVERAGES = "k_D from virtual tests compared with the true k_D; ranges are exact binomial 95 % intervals"
 
 
 def _show(title: str, labels: "Sequence[Head]", some: Sequence[S], cells: "Callable[[S], dict[str, str]]") -> None:

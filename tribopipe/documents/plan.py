@@ -230,7 +230,7 @@ class Fatigue(Record):
 
 def _discs_that_slip(slip: Quantity) -> Quantity:
     if slip.value == 0:
-        raise ValueError("found zero slip; expected a non-zero slip, since there is no sliding wear in pure rolling")
+        raise ValueError("found zero slip; expected a nonzero slip, since there is no sliding wear in pure rolling")
     if slip.value <= -1:
         raise ValueError(
             f"found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc does not rotate; enter "

@@ -113,8 +113,8 @@ def _computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> An
 
 def _bare(unit: str) -> str:
     return (
-        f"found a quantity in {unit} used as a plain number; expected a quantity in SI units, which functions require; "
-        f"use .value for the number in {unit}"
+        f"found a quantity in {unit} used as a plain number; expected a quantity in SI units, as required by "
+        f"functions; use .value for the number in {unit}"
     )
 
 

@@ -35,7 +35,8 @@ class Predictions(Record):
     flat_wear_coefficient: WearCoefficient | None = None
     """k_D of the cylindrical disc; default: no wear of this disc."""
     at: tuple[str, ...] = ()
-    """Sliding distances to predict at, such as "500 m", or rotations of discs, such as "1e6"; default: end of run."""
+    """Sliding distances at which to predict wear, such as "500 m", or numbers of rotations for discs, such as "1e6";
+    default: the end of the run."""
     depth: tuple[Length, ...] = ()
     """Wear depths of the pin or crowned disc for which to calculate the distance or rotations, that is, the life."""
 

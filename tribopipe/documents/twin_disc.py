@@ -125,7 +125,7 @@ class TwinDisc(Contact):
         equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
         if equal or (slip is not None and slip.value == 0):
             raise ValueError(
-                "conditions.slip: found zero slip, both discs at the same speed; expected a non-zero slip, since there "
+                "conditions.slip: found zero slip, both discs at the same speed; expected a nonzero slip, since there "
                 "is no sliding wear in pure rolling; check both speeds"
             )
         if slip is not None and slip.value <= -1:

@@ -235,7 +235,7 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
             code="reading_contradicts_measurement",
             where="depth",
             message=(
-                f"found a total wear depth of both discs of {read.shown('um')} from the depth signal and of "
+                f"found a total wear depth (both discs) of {read.shown('um')} from the depth signal and of "
                 f"{measured.shown('um')} from the post-test measurements, {abs(deviation):.1f} standard uncertainties "
                 "apart: the depth signal is not used, and k_D of both discs is based on the measurements"
             ),

@@ -123,8 +123,8 @@ def _parameter(title: str, one: inspect.Parameter) -> tuple[LawParameter, float]
         return said, float(start)
     if not start > 0:
         raise FitError(
-            f"{title}: found {one.name} = {start:g} as starting value; expected a positive number, or bounds for the "
-            f"fit; annotate the argument: {one.name}: "
+            f"{title}: found {one.name} = {start:g} as the starting value; expected a positive number, or bounds for "
+            f"the fit; annotate the argument: {one.name}: "
             'LawParameter("…", "ratio", low=…, high=…)'
         )
     kind = _kind(title, one)

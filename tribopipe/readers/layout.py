@@ -93,7 +93,7 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers, where the sign may mark decimals or thousands; "
+                f"line {line}: found {number!r} among integers, where the separator may be decimal or thousands; "
                 "expected an unambiguous decimal separator; specify decimal in run.toml, and remove thousands "
                 "separators"
             )

@@ -293,7 +293,10 @@ def _spread_evenly(position: Column, notes: list[str]) -> Column:
     rounded = float(np.min(steps[steps > 0]))
     if np.max(np.abs(position - even)) > rounded:
         return position
-    notes.append("positions are rounded so that some repeat; they were spaced uniformly from the first to the last")
+    notes.append(
+        "positions are rounded, so that some are identical; they are replaced by uniformly spaced positions "
+        "between the first and the last"
+    )
     return even
 
 

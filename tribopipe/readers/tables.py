@@ -222,7 +222,7 @@ def _wanted(text: Text, hints: Hints, *, quoted: bool) -> tuple[str, ...]:
     if separator == hints.decimal and not quoted:
         raise ReaderError(
             f"{text.name}: found {separator!r} as column and as decimal separator in run.toml, and no number in "
-            "quotation marks; expected two different signs; correct one of them"
+            "quotation marks; expected two different characters; correct one of them"
         )
     return (separator,)
 

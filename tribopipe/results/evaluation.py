@@ -182,7 +182,7 @@ class FrictionFit(FitRecord):
 
     def __str__(self) -> str:
         if self.outcome == "none":
-            return f"no friction fit: {'; '.join(self.notes)}"
+            return f"friction not fitted: {'; '.join(self.notes)}"
         if self.outcome == "steady-only":
             return f"μ = {self.steady_state} (steady value only: {'; '.join(self.notes)})"
         text = (

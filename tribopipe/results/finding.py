@@ -79,7 +79,7 @@ TITLES: Mapping[str, str] = {
     "unstated_uncertainty": "default uncertainties used",
     "impossible_measurement": "impossible post-test measurement",
     "no_wear_in_profile": "no wear track found in a profile",
-    "map_radius_differs": "tip radius differs from the height map",
+    "map_radius_differs": "tip radius differs from that in the height map",
     "measurements_disagree": "post-test measurements disagree",
     "no_samples": "no samples",
     "empty_channel": "empty channel",

@@ -364,7 +364,7 @@ class Design(Record):
         best = self.levers[0]
         label = input_label(best.name)
         lines = [
-            f"{self.id}, {self.model}: half-width of the 95 % interval of {self.of} is {_percent(self.half_width)}, "
+            f"{self.id}, {self.model}: half-width of the 95 % interval for {self.of} is {_percent(self.half_width)}, "
             f"target {_percent(self.wanted)}",
             f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; halving its uncertainty "
             f"would reduce the half-width to {_percent(best.if_halved)}",

@@ -42,7 +42,7 @@ RUN_CAPTIONS = {
     "wear": "Measured, fitted and predicted wear with 95 % bands (bar: post-test measurement, 95 % interval).",
     "contact": "Wear depth, mean pressure and half-width and half-length of the contact calculated with the fitted "
     "law, with 95 % bands.",
-    "local-wear": "Wear with the local contact pressure, compared with the GIWM.",
+    "local-wear": "Wear simulated with the local contact pressure, compared with the GIWM.",
     "local-pressure": "Distribution of the contact pressure at several stages of wear.",
 }
 _STUDY_CAPTIONS = {

@@ -182,9 +182,9 @@ _DRIFT_BY_MODEL = Method(
     ),
     "y is the depth signal, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, "
     "h_d that of the disc, and h_end the measured wear of the pin. Settling with the amplitude a and the time "
-    "constant τ, and a shift with the recorded temperature, are alternatives, weighted by their evidence. f is slow "
-    "wander, a stationary Matérn process whose amplitude and correlation length are marginalized; e is the noise of "
-    "block averages.",
+    "constant τ, and a shift with the recorded temperature, are alternatives, weighted by their evidence. f "
+    "represents low-frequency fluctuations as a stationary Matérn process whose amplitude and correlation length are "
+    "marginalized; e is the noise of block averages.",
     references=(MATERN,),
 )
 _FRICTION = Method(
@@ -199,8 +199,8 @@ _FRICTION = Method(
 )
 _STEADY = Method(
     "Steady-state friction",
-    "If the data do not distinguish an exponential from a constant or a straight line, by the Bayesian information "
-    "criterion with the number of independent samples, only the steady-state value is reported.",
+    "If the data do not distinguish an exponential from a constant or a straight line, only the steady-state value is "
+    "reported. The criterion is the Bayesian information criterion with the number of independent samples.",
     references=(SCHWARZ,),
 )
 _SPECIFIC = Method(
@@ -223,7 +223,7 @@ _ARCHARD = Method(
 )
 _SARKAR = Method(
     "Sarkar's wear law",
-    "Friction increases wear by the growth of contact junctions:",
+    "Friction increases wear through junction growth:",
     (
         Equation(r"\frac{V}{s} = k \frac{F_N}{H} \sqrt{1 + 3 μ^2}", "2"),
         Equation(r"\frac{d h}{d s} = k_D p \sqrt{1 + 3 μ^2}"),
@@ -232,7 +232,7 @@ _SARKAR = Method(
     (PAPER,),
 )
 _PIN = Method(
-    "Global Incremental Wear Model of a pin",
+    "Global Incremental Wear Model for a pin",
     "The pressure is uniform over the contact of radius a, which widens with wear and elastic displacement:",
     (
         Equation(r"\frac{1}{E_c} = \frac{1 − ν_p^2}{E_p} + \frac{1 − ν_d^2}{E_d}", "3"),
@@ -244,7 +244,7 @@ _PIN = Method(
     (PAPER,),
 )
 _SPHERE = Method(
-    "Exact curve of a sphere",
+    "Exact curve for a sphere",
     "In the limit of small steps, the depth h depends only on the worn volume v. Fits and predictions use this curve, "
     "in closed form, instead of steps:",
     (
@@ -299,7 +299,7 @@ _FOUR_BALLS = Method(
     (D4172,),
 )
 _BOTH_WEAR = Method(
-    "Wear of a pin and of its track",
+    "Wear of a pin and its wear track",
     "Archard's law holds at each point of both bodies, which remain in contact. In each slice along the sliding "
     "direction, the depth of the groove follows from the cross-sectional area A that the pin has lost there; L is "
     "the sliding distance between two passages of the pin. The size of scar and groove follows from the wear volumes "
@@ -322,7 +322,7 @@ _LOCAL = Method(
     (Equation(r"\frac{∂ h ( x , s )}{∂ s} = k_D p ( x , s )"),),
 )
 _DISCS = Method(
-    "Global Incremental Wear Model of two discs",
+    "Global Incremental Wear Model for two discs",
     "The contact area of the discs is flat, with half-width a_x across and half-length a_z along the rolling "
     "direction:",
     (

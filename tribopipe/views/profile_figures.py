@@ -117,7 +117,7 @@ def _draw_raw(ax: "Axes", drawn: _Drawn, found: Track | Level) -> None:
     ax.plot(drawn.x, np.where(found.reference, drawn.z, np.nan), color=_BLUE, lw=1.6, label="assumed unworn")
     ax.plot(*thinned(drawn.x, drawn.unworn), color=BLACK, ls=(0, (5, 1.6)), lw=0.9, label=f"unworn surface, {form}")
     if isinstance(found, Track) and np.any(found.dust):
-        ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust, interpolated")
+        ax.plot(drawn.x[found.dust], drawn.z[found.dust], ".", ms=3, color=ORANGE, label="dust (interpolated)")
 
 
 def _draw_track(ax: "Axes", drawn: _Drawn, track: Track) -> None:

@@ -78,7 +78,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             *((spoken(name), shown(one, _UNITS[one.unit])) for name, one in result.conditions.items()),
-            ("distance per rotation", result.distance_per_rotation),
+            ("sliding distance per rotation", result.distance_per_rotation),
             ("half-width of the unworn contact", None if start is None else shown(start.half_width)),
             ("half-length of the unworn contact", None if start is None else shown(start.half_length)),
             ("peak pressure of the unworn contact", None if start is None else shown(start.peak_pressure, "MPa")),
@@ -239,7 +239,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
     yield "relation between wear depth and volume", _ENGINES[fit.engine]
-    yield "distance per rotation", fit.distance_per_rotation
+    yield "sliding distance per rotation", fit.distance_per_rotation
     yield "drift correction", None if fit.correction is None else _CORRECTIONS[fit.correction]
     yield "based on", None if fit.basis is None else _BASES[fit.basis]
     yield "friction", fit.friction
@@ -351,6 +351,6 @@ def _equivalents(fit: WearFit) -> TextTable:
     ]
     return TextTable(
         "k_D with other sliding-distance conventions",
-        ("distance per rotation", *map(spoken, fit.bodies)),
+        ("sliding distance per rotation", *map(spoken, fit.bodies)),
         tuple(rows),
     )

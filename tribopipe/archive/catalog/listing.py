@@ -189,7 +189,7 @@ _ALL = (
     _number("findings", "findings", "Number of errors and warnings at ingest.", "count"),
     ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
     _text("run_toml", "run.toml", "SHA-256 of run.toml."),
-    _text("marked_bad", "why bad", "Reason for the bad mark."),
+    _text("marked_bad", "reason for bad mark", "Reason for the bad mark."),
     _text("notes", "notes", "Notes on the run.", joint="; "),
     _text("studies", "studies", "Studies that include the run.", joint=", "),
     _text("agreement", "agreement", "Agreement of the run with each law in these studies.", joint="; "),

@@ -132,7 +132,7 @@ def _source_files() -> GroupPart:
 
 def _raw(tribometer: str | None) -> GroupPart:
     members = tuple(signals("origin", "long_name", needed=axis_of(tribometer)))
-    doc = "The signals; ``origin`` states whether a signal was measured, or from what it was derived."
+    doc = "The signals; ``origin`` states whether a signal was measured or what it was derived from."
     return GroupPart("raw", "NXdata", doc, members, required=True)
 
 
@@ -166,7 +166,7 @@ LAWS = ("archard", "sarkar", "LAW")
 """tribopipe's own; the name of any other stands where LAW does."""
 _UNDER_LAWS = (WEAR_FITS, PREDICTIONS, LOCAL_WEAR)
 _TABLES = {
-    "course": "Contact and wear during the test, with the Global Incremental Wear Model.",
+    "course": "Contact and wear during the test, calculated with the Global Incremental Wear Model.",
     "fields": "Pressure and wear at each point of the surface.",
     "unworn_surface": "Gap between the two bodies before the test.",
 }

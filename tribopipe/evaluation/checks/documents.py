@@ -234,7 +234,7 @@ def reader_assumption(run: RawRun) -> Iterator[Trouble]:
         if AT_A_LEVER not in note:
             yield Trouble(
                 "signals",
-                f"found an assumption made in reading the file: {note}; expected an unambiguous file",
+                f"found an assumption made when reading the file: {note}; expected an unambiguous file",
                 "check the assumption; run.toml can specify how to read the file",
             )
 

@@ -65,7 +65,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
         if end.pin_profile:
             yield Trouble(
                 f"{where}.pin_profile",
-                "found a profile of a flat pin or block, which has no unworn surface to level it on; expected a "
+                "found a profile of a flat pin or block, which has no unworn surface for leveling; expected a "
                 "spherical tip",
                 "use pin_wear_depth or pin_mass_loss instead",
             )
@@ -188,8 +188,9 @@ def _contradicting(
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
         yield Trouble(
             "end_values",
-            f"found a wear {what} of the {body} of {first} from {found.one.name} and {second} from {found.other.name}"
-            f"{apart}; expected agreement; {'' if used is None else used.name} is used, not their mean",
+            f"found two values for the wear {what} of the {body}: {first} from {found.one.name} and {second} from "
+            f"{found.other.name}{apart}; expected agreement; {'' if used is None else used.name} is used, not "
+            "their mean",
             "repeat the measurement, or check both units",
         )
 

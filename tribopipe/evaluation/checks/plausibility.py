@@ -516,7 +516,7 @@ def uneven_scars(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 f"end_values.{name}",
                 f"found readings from {show(low, None, scar.unit, 'um')} to {show(high, None, scar.unit, 'um')}; "
-                f"expected the largest at most {_UNEVEN:.1f} times the smallest",
+                f"expected the largest to be at most {_UNEVEN:.1f} times the smallest",
                 "check the alignment of the specimens: the load may not be shared as assumed",
             )
 

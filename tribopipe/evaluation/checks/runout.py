@@ -57,9 +57,9 @@ def runout_differs(run: RawRun) -> Iterator[Trouble]:
         if spectrum is not None and _in_another_unit(spectrum, expected):
             yield Trouble(
                 "time",
-                f"found that {name} repeats at {spectrum.highest * spectrum.lowest:.4g} Hz; expected {expected:.4g} "
-                "Hz, the rotational frequency calculated from the stated speed and track radius",
-                "check the unit of the time column (min, s or ms) and the speed, from which the distance follows",
+                f"found that {name} varies periodically at {spectrum.highest * spectrum.lowest:.4g} Hz; expected "
+                f"{expected:.4g} Hz, the rotational frequency calculated from the stated speed and track radius",
+                "check the unit of the time column (min, s or ms) and the speed, from which the distance is computed",
             )
             return
 

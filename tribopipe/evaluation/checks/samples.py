@@ -230,8 +230,8 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if median <= 0:
         yield Trouble(
             "normal_force",
-            f"found a median of {_shown('normal_force', median)} while loaded, which means no contact; expected a "
-            "positive load",
+            f"found a median of {_shown('normal_force', median)} under load; expected a positive load, since a "
+            "negative load means no contact",
             "preprocessing inverts its sign; export compressive loads as positive, or remove the signal",
         )
 
@@ -272,8 +272,8 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             f"found a mean of {_shown('normal_force', median + excess)} and a median of "
             f"{_shown('normal_force', median)} under load; expected them to agree within three standard uncertainties "
             "or 2 %",
-            'the mean is used for wear; if the peaks are faults of the load cell, add the step "mask" with '
-            "limits.normal_force",
+            'the mean is used for wear; if the peaks are artifacts of the load cell, add the step "mask" '
+            "with limits.normal_force",
         )
 
 
@@ -499,8 +499,8 @@ def friction_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "friction_force",
             f"found a friction force that differs between forward and backward strokes, with an offset of {offset:.2g} "
             f"for a friction coefficient of {mu:.2g}; expected an offset of less than {100 * _OFFSET:.0f} %",
-            'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe, which '
-            "is independent of an offset",
+            'zero the friction force, or set method = "half-difference" for the step "stroke-wise-friction" in a '
+            "recipe: half the difference does not depend on the offset",
         )
 
 
@@ -516,7 +516,8 @@ def friction_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "friction_coefficient",
             "found an offset larger than the friction force itself; expected a friction force that changes sign with "
             "the stroke",
-            'zero the friction force, or use method = "half-difference" for stroke-wise-friction in the recipe',
+            'zero the friction force, or set method = "half-difference" for the step "stroke-wise-friction" in a '
+            "recipe",
         )
     if len(rubbing) and _BOTH_WAYS <= (negative := float(np.mean(rubbing < 0))) <= 1 - _BOTH_WAYS:
         yield Trouble(
@@ -601,8 +602,8 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
     yield Trouble(
         "depth",
-        f"found a depth signal that increases by {Quantity(value=rise, unit='m').shown('um')} while the specimens "
-        f"wore by {total.shown('um')}; expected about the same",
+        f"found a change of {Quantity(value=rise, unit='m').shown('um')} in the depth signal, but a total wear depth "
+        f"of {total.shown('um')}; expected about the same value",
         f"{drift}; or {others}" if thermal else f"{others}; thermal drift is rarely that large",
     )
 

@@ -205,6 +205,6 @@ def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
         )
     else:
         pin = "the depth signal" if pair.pin.quantity is pin_depth else pair.pin.name
-        yield f"wear volume of the disc from {pair.disc.name} and {pin}, and the shape of the groove"
+        yield f"wear volume of the disc calculated from {pair.disc.name}, {pin} and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
         yield f"{pair.disc.name} is assumed to have been measured at mid-stroke"

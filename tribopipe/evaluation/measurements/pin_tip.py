@@ -181,8 +181,8 @@ def _profiled(run: RawRun, key: str, profiles: Mapping[str, Profile], defaults: 
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
     if not tip.widens:
         raise FitError(
-            f"{run.id}: {key}: found a profile of a flat pin or block, which has no unworn surface to level it "
-            "on; expected a profile of a spherical tip; use pin_wear_depth or pin_mass_loss instead"
+            f"{run.id}: {key}: found a profile of a flat pin or block, which has no unworn surface for "
+            "leveling; expected a profile of a spherical tip; use pin_wear_depth or pin_mass_loss instead"
         )
     if maps := pin_maps(run, key.removesuffix(".pin_profile")):
         return _mapped(run, key, maps, tip_radius(run, defaults))

@@ -289,7 +289,10 @@ def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
         overall, steady = rate.specific_wear_rate, rate.steady_rate
         if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
             times = overall.value / steady.value
-            yield f"the overall rate of the {spoken(name)} is {times:.2g} times its steady-state rate due to running-in"
+            yield (
+                f"the overall wear rate of the {spoken(name)} is {times:.2g} times its steady-state rate, because of "
+                "running-in"
+            )
 
 
 def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:

@@ -266,8 +266,8 @@ def _seen(grid: HeightMap, inside: Mask, sphere: _Sphere, unworn: Mask) -> _Scar
     depth = float(smooth[deepest])
     if depth <= _NO_NOISE * noise:
         raise FitError(
-            f"map: found no scar, the deepest place {show(depth, None, 'm', 'um')} below the sphere; expected a worn "
-            "tip; check that heights increase outward from the tip, and its radius"
+            f"map: found no scar: the deepest point is {show(depth, None, 'm', 'um')} below the sphere; expected a "
+            "worn tip; check the radius of the tip, and that heights increase outward from it"
         )
     parts, _ = label(smooth > max(_EDGE * noise, _IN_FORM / 4 * depth))
     worn = parts == parts[deepest]
@@ -344,8 +344,8 @@ def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
     found = Quantity(value=volume, unit="m^3", standard_uncertainty=spread)
     if volume <= _CERTAIN * spread:
         raise FitError(
-            f"map: found a volume of {found.shown('um^3')} below the sphere; expected one clearly above its "
-            "uncertainty; check that the map shows the scar, and measure a larger map"
+            f"map: found a volume of {found.shown('um^3')} below the sphere; expected a volume well above "
+            "its uncertainty; check that the map shows the scar, and measure a larger map"
         )
     return MapVolume(found, share * by_radius.volume, seen)
 

@@ -181,7 +181,7 @@ def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
     }
     if problem.reading.drift_deviation is not None:
         drift = f"drift (0 ± {Quantity(value=problem.reading.drift_deviation, unit='m').shown('nm')} over the test)"
-        remedy = "measure the scar, or state the drift of your sensor as [drift] prior in a recipe"
+        remedy = "measure the scar, or state the drift of your sensor as prior under [drift] in a recipe"
         found["drift"] = ("depends_on_drift_prior", drift, remedy)
     return found
 
@@ -192,8 +192,8 @@ def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Fin
     if abs(two_step.value - found) > MOST_DEVIATION * spread:
         yield _finding(
             "two_step_differs",
-            f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} with the two-step correction and "
-            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the complete depth signal",
+            f"k_D under {problem.law.title} is {two_step.shown(WEAR_COEFFICIENT)} from the two-step correction and "
+            f"{wear_coefficient(found).shown(WEAR_COEFFICIENT)} from the fit to the complete depth signal",
             'use the default correction, correction = "model"',
         )
 
@@ -253,12 +253,12 @@ def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Findi
         where="end_values",
         message=(
             "found no measured wear depth of the disc; the uncertainty of k_D includes "
-            f"{100 * relative:.2g} % for an unmeasured groove with a depth of "
+            f"{100 * relative:.2g} % for an unmeasured groove whose depth is "
             f"{100 * recipe.uncertainty.unseen_groove:.0f} % of the wear depth of the pin{beyond}"
         ),
         remedy=(
-            "measure the track and state it as end_values.disc_wear_depth; if no track is visible, state 0 nm with "
-            "its uncertainty"
+            "measure the depth of the wear track and state it as end_values.disc_wear_depth; if no track is visible, "
+            "state 0 nm with its uncertainty"
         ),
     )
 
@@ -312,14 +312,13 @@ def _misfit(problem: DepthProblem) -> Finding:
         follows = "changes with temperature and settles" if settles else "changes with temperature"
         return _finding(
             "reading_follows_temperature",
-            f"in addition to wear, the depth signal {follows} by {size} ({law}); the fit includes this",
+            f"in addition to wear, the depth signal {follows} by {size} ({law}); the fit accounts for this",
             "keep the room temperature constant, or let the rig warm up before the test",
         )
     if settles:
         return _finding(
             "reading_settles",
-            f"in addition to wear, the depth signal settles exponentially by {size} ({law}); the fit includes this "
-            "settling",
+            f"in addition to wear, the depth signal settles exponentially by {size} ({law}); the fit accounts for this",
             "let the rig warm up before the test, or record the temperature" if problem.measured_after else _MEASURE,
         )
     reliable = (

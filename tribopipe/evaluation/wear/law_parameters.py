@@ -80,7 +80,9 @@ def undetermined_notes(problem: WearProblem, covariance: Column | None) -> tuple
 def _held(law: WearLaw, name: str) -> str:
     called = name.replace("_", " ")
     if _end(law, name) == 0:
-        return f"{called} is fixed at its fitted value of 0: k_D and its uncertainty are those without this parameter"
+        return (
+            f"{called} is fixed at its fitted value of 0, so that k_D and its uncertainty are those of a fit without it"
+        )
     return f"{called} has no effect on the wear of this run: its value is meaningless"
 
 

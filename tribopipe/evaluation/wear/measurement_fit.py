@@ -201,8 +201,8 @@ def _disagreement(p_value: float | None) -> tuple[str, ...]:
 
 
 _BY_VOLUME = (
-    "k_D from the wear volume alone, V/(F_N·S): it is the mean over the test, and does not show whether the law holds "
-    "during the test"
+    "k_D is calculated from the wear volume alone, as V/(F_N·S): it is the mean over the test, and does not show "
+    "whether the law holds during the test"
 )
 
 

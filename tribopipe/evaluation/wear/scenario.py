@@ -377,5 +377,5 @@ def _beyond(excess: Callable[[float], float], start: float) -> float:
             return place
     raise FitError(
         "wear law: found a wear depth that is never reached, since the wear rate decreases to zero; expected a depth "
-        "below this limit; specify a smaller depth"
+        "that can be reached; specify a smaller depth"
     )

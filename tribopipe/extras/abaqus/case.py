@@ -320,8 +320,9 @@ class WearCase:
             )
         if not self.increments < _MOST_INCREMENTS:
             raise ContactError(
-                f"{self.known.run_id}: found a test of {self.increments:.3g} stable increments; expected fewer than "
-                f"{_MOST_INCREMENTS:.0g}; check k_D, speed and their units, or use larger elements or a shorter test"
+                f"{self.known.run_id}: found a test that requires {self.increments:.3g} stable increments; expected "
+                f"fewer than {_MOST_INCREMENTS:.0g}; check k_D, speed and their units, or use larger elements or a "
+                "shorter test"
             )
 
     @property

@@ -85,7 +85,7 @@ def software(graph: Graph, version: str) -> Ref:
         "SoftwareApplication",
         name="tribopipe",
         softwareVersion=version,
-        description="Archive and evaluation of tribometer tests, from run folders to wear laws.",
+        description="Archiving and evaluation of tribometer tests, from run folders to wear laws.",
     )
 
 

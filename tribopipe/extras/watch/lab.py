@@ -35,7 +35,7 @@ class Lab:
         if not self.folder.is_dir():
             raise ReaderError(
                 f"{self.folder}: found no folder at this path; expected the export folder of the instrument; connect "
-                "its drive or share, or choose another folder"
+                "its drive or network share, or choose another folder"
             )
         if self.folder.is_relative_to(self.runs) or self.folder.is_relative_to(self.archive):
             raise ReaderError(

@@ -141,7 +141,7 @@ class Watcher:
 
     def _came_or_went(self, gone: bool) -> Iterator[Event]:
         if gone and not self._gone:
-            waits = "not available; expected a connected folder; connect its drive or share; watching then continues"
+            waits = "not available; expected a connected folder; reconnect its drive or network share to continue"
             yield Event("gone", f"{self._lab.folder}: {waits}")
         if self._gone and not gone:
             yield Event("back", f"{self._lab.folder}: available again")

@@ -39,7 +39,7 @@ class DissipatedEnergy(WearLaw):
         idle = (work <= 0) & (end > 0)
         if np.all(idle):
             raise FitError(
-                f"The dissipated-energy law: found a mean friction coefficient of {np.mean(work) / end:.2g}; "
+                f"dissipated-energy law: found a mean friction coefficient of {np.mean(work) / end:.2g}; "
                 "expected a value above zero, since wear is proportional to the friction work in this law; check the "
                 "sign and the zero of the friction signal, or use Archard's law"
             )

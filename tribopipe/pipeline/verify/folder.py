@@ -104,7 +104,7 @@ def _left_over(archive: Path) -> Iterator[Look]:
             if _is_abandoned(archive, part):
                 look = Look(_inside(archive, part))
                 message = "found a temporary file of a process that was killed; the file it was to replace is unchanged"
-                look.note("folder", message, "the next command that writes removes it")
+                look.note("folder", message, "the next command that writes to the archive removes it")
                 yield look
 
 

@@ -117,7 +117,9 @@ def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
         message = f"found {count} runs and studies, but no history of the archive; expected a history of all changes"
         look.error("history", message, f"restore it from a backup, or {begin}")
     elif missing:
-        message = f"found missing history lines (hash of the last one: {missing[:16]}); expected a complete history"
+        message = (
+            f"found missing history lines (hash of the last missing line: {missing[:16]}); expected a complete history"
+        )
         look.error("history", message, f"restore it from a backup, or {begin}")
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a backup, or {begin}", f"line {problem.line}")

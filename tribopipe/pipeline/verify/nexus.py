@@ -175,7 +175,7 @@ def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root
         yield Fault(path, "found a name that NeXus does not allow; expected letters, digits and _")
     declared = holder.member(name, _text(member, "NX_class") if isinstance(member, Group) else None)
     if declared is None:
-        yield Fault(path, "found an item that is not in the file's definition; expected nothing with this name there")
+        yield Fault(path, "found an item that is not in the file's definition; expected no item with this name")
     elif isinstance(member, Link):
         if not isinstance(root.at(member.path), Field) or isinstance(declared, GroupPart):
             yield Fault(path, f"found a link to {member.path}, which is not a field; expected a link to a field")

@@ -160,8 +160,8 @@ _WIDTH = 110
 _WIDEST_CODE = 76
 """Maximum width of lines whose comments are aligned."""
 _WITHOUT_BODIES = (
-    "# The two bodies; without them only friction is evaluated. Remove the # at the start of these lines, in all",
-    "# tables at the same time, once the bodies are described.",
+    "# The two bodies; without them, only friction is evaluated. Once you have described both bodies, remove the #",
+    "# at the start of the lines in all of these tables.",
 )
 _AFTERWARDS = "# Post-test measurements of the specimens; remove the # at the start of the lines that you fill in."
 
