@@ -331,8 +331,11 @@ def test_run_that_could_not_be_fitted_says_why():
 @pytest.mark.parametrize(
     ("fit", "sentence"),
     [
-        (FrictionFit(outcome="none", notes=("not recorded",)), "no friction fit"),
-        (FrictionFit(outcome="steady-only", notes=("flat",), steady_state=q(0.5, "1")), "μ = 0.5, steady value only"),
+        (FrictionFit(outcome="none", notes=("not recorded",)), "friction not fitted"),
+        (
+            FrictionFit(outcome="steady-only", notes=("flat",), steady_state=q(0.5, "1")),
+            "μ = 0.5, steady-state value only",
+        ),
         (
             FrictionFit(
                 outcome="exponential", amplitude=q(0.2, "1"), steady_state=q(0.5, "1"),

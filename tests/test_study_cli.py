@@ -87,8 +87,8 @@ def test_new_drafts_a_study_of_run_folders(run_cli, runs, tmp_path):
     result = run_cli("study", "new", runs / HEAVY, runs / AGAIN, runs / LIGHT, cwd=tmp_path)
     assert result.exit_code == 0
     (line,) = result.stdout.splitlines()
-    assert line.startswith("study.toml: fits ")
-    assert line.endswith(f"; predicts {HEAVY}")
+    assert line.startswith("study.toml: fitted: ")
+    assert line.endswith(f"; predicted: {HEAVY}")
     study = load_toml(tmp_path / "study.toml", Study)
     assert (study.id, study.title) == ("si3n4-air", "Si3N4 on Si3N4 in air")
     assert (set(study.fit), study.predict) == ({LIGHT, AGAIN}, (HEAVY,))

@@ -71,7 +71,7 @@ def new(
     into.mkdir(parents=True, exist_ok=True)
     for path, draft in documents.items():
         write_file(path, study_toml(draft).encode("utf-8"))
-        print_result(f"{path}: fits {', '.join(draft.fit)}; predicts {', '.join(draft.predict) or 'none'}")
+        print_result(f"{path}: fitted: {', '.join(draft.fit)}; predicted: {', '.join(draft.predict) or 'none'}")
 
 
 class _Candidate(NamedTuple):
@@ -178,7 +178,7 @@ def show(
     elif stored or not unreadable:
         table(
             f"{len(stored)} {'study' if len(stored) == 1 else 'studies'} in {archive}",
-            ["study", "fits", "predicts", "agreement of predicted runs"],
+            ["study", "fitted", "predicted", "agreement of predicted runs"],
             [[one.study.id, _named(one.study.fit), str(len(one.study.predict)), _tally(one.result)] for one in stored],
         )
     exit_with(unreadable, some_done=bool(stored))

@@ -250,7 +250,7 @@ class SignalFile(Record):
     step_column: str | None = Field(default=None, min_length=1)
     """Column with the step numbers, such as "Step"; default: recognized by its name."""
     columns: dict[SignalName, Source] = Field(default_factory=dict)
-    """Signal → column. Default: columns are recognized by their names."""
+    """Signals and their columns; default: recognized by the names of the columns."""
 
     @model_validator(mode="after")
     def _each_step_is_chosen_once(self) -> Self:

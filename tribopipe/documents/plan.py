@@ -107,7 +107,7 @@ class VirtualRun(AnyVirtualRun):
     wear_coefficient: WearCoefficient
     """True k_D of the pin."""
     disc_wear_coefficient: WearCoefficient | None = None
-    """True k_D of the counterbody; with it, both bodies wear by volume, and its wear volume is measured."""
+    """True k_D of the counterbody; if stated, its wear is simulated as well, and its wear volume is measured."""
     disc_wear_depth: MeasuredDepth | None = None
     """Wear depth of the disc at the end of the run; omit it if the wear of the disc was not measurable."""
 

@@ -26,7 +26,7 @@ class ContinuousAxes(Record):
     step: Literal["continuous-axes"] = "continuous-axes"
     """Name of the step."""
     carried_over: Literal["auto", "always", "never"] = "auto"
-    """Whether a non-zero start, carried over from the previous test, is subtracted: if another axis or the large
+    """Whether a nonzero start, carried over from the previous test, is subtracted: if another axis or the large
     value indicates it ("told"), always, or never."""
 
 
@@ -73,7 +73,7 @@ class Mask(Record):
     impossible: bool = True
     """Whether physically impossible values, repeated error codes and dead load channels are masked."""
     limits: Annotated[dict[SignalName, SignalLimits], BeforeValidator(_limits_of_signals)] = Field(default_factory=dict)
-    """Signal → its lowest and highest plausible value."""
+    """Lowest and highest plausible value of each signal."""
 
 
 class TimeWindow(Record):
@@ -120,7 +120,7 @@ class FrictionSign(Record):
 
 
 class UnloadedFriction(Record):
-    """The friction coefficient is masked where there is hardly any load, because it is then only noise."""
+    """The friction coefficient is masked where the load is close to zero, since it contains only noise there."""
 
     step: Literal["unloaded-friction"] = "unloaded-friction"
     """Name of the step."""
@@ -139,7 +139,7 @@ class StrokeWiseFriction(Record):
     middle: float = Field(default=0.5, gt=0, le=1)
     """Fraction of a stroke that is used as its middle part."""
     only_with_stroke: bool = True
-    """Only for runs with conditions.stroke; otherwise for all runs in which friction changes sign regularly."""
+    """Whether only runs with conditions.stroke are changed, or all runs in which friction changes sign regularly."""
 
 
 class Invert(Record):
@@ -226,7 +226,7 @@ class Change(Record):
     what: str
     """Description of the change."""
     why: str
-    """Why."""
+    """Reason for the change."""
     offset: Quantity | None = None
     """Value that was subtracted, with its standard uncertainty if known."""
     factor: float | None = None

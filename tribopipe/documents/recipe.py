@@ -48,14 +48,16 @@ class WearRecipe(Record):
     parameters: dict[LawName, dict[str, GivenParameter]] = Field(default_factory=dict)
     """Known parameters of a wear law in addition to k_D; default: fitted together with k_D of a pin."""
     engine: WearEngine | None = None
-    """Relation of depth and volume of a pin: Global Incremental Wear Model, wear volume, or local wear.
+    """Relation between wear depth and volume of a pin: Global Incremental Wear Model, wear volume, or local wear.
 
-    Default: that of the model, or wear volume if the disc also wore. A k_D is valid only with its own engine.
+    Default: that of the model, or wear volume if the disc also wore. k_D is valid only for the engine with which it was
+    fitted.
     """
     friction: FrictionSource = "fitted"
     """μ in a law that includes friction: Eq. 7 as fitted, or the measured curve."""
     correction: Correction = "model"
-    """One model of wear, drift and all other contributions to the depth signal; or drift first, as in the paper."""
+    """One model of wear, drift and all other contributions to the depth signal, or drift correction first, as in the
+    paper."""
     distance_per_rotation: DistanceConvention = "full-slip"
     """Sliding distance per rotation of twin discs; k_D differs by orders of magnitude between the conventions."""
 

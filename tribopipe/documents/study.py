@@ -34,7 +34,7 @@ SharedInput = Literal[
 
 
 class Study(Record):
-    """Some runs identify k_D, others are predicted with it; the agreement with the law is given for each."""
+    """k_D is identified from some runs and used to predict others; the agreement with the law is given for each run."""
 
     schema_version: Literal["tribopipe.study/1"] = Field(default="tribopipe.study/1", alias="schema")
     """Version of this document."""

@@ -137,7 +137,7 @@ Vary = Annotated[dict[str, Any], BeforeValidator(_by_path), WithJsonSchema(_VARI
 
 
 class Sweep(Record):
-    """Choices of evaluation, predictions or virtual tests, done for every combination of what is varied."""
+    """Evaluation choices, predictions or virtual tests for every combination of the varied values."""
 
     schema_version: Literal["tribopipe.sweep/1"] = Field(default="tribopipe.sweep/1", alias="schema")
     """Version of this document."""
@@ -152,7 +152,7 @@ class Sweep(Record):
     vary: Vary = Field(default_factory=dict)
     """Keys of other documents, with a list of values or a distribution in place of a value."""
     repeats: int | None = Field(default=None, ge=1)
-    """Number of repeats of each combination, with new random values, or as another virtual test."""
+    """Number of repeats of each combination, each with new random values or as a new virtual test."""
     seed: int = Field(default=1, ge=0)
     """Seed of the random numbers."""
 

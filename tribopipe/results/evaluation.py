@@ -184,7 +184,7 @@ class FrictionFit(FitRecord):
         if self.outcome == "none":
             return f"friction not fitted: {'; '.join(self.notes)}"
         if self.outcome == "steady-only":
-            return f"μ = {self.steady_state} (steady value only: {'; '.join(self.notes)})"
+            return f"μ = {self.steady_state} (steady-state value only: {'; '.join(self.notes)})"
         text = (
             f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = {self.running_in_distance}"
         )

@@ -50,7 +50,7 @@ class Contribution(Record):
     @property
     def distribution(self) -> str:
         """The distribution that the Monte Carlo draws this input from."""
-        return "joint, c log-normal" if self.name == FRICTION_FIT else "normal"
+        return "joint normal, c log-normal" if self.name == FRICTION_FIT else "normal"
 
     @property
     def sensitivity(self) -> float | None:

@@ -85,7 +85,7 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
             *facts(*((f"{spoken(name)}, recalculated", origin) for name, origin in result.derived.items())),
             *facts(("excluded", listed(map(spoken, result.left_out)))),
         ),
-        tables=(TextTable("changes", ("signal", "step", "samples", "what", "why"), tuple(rows)),),
+        tables=(TextTable("changes", ("signal", "step", "samples", "change", "reason"), tuple(rows)),),
     )
 
 
@@ -125,8 +125,8 @@ def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
 
 def _friction_told(result: FrictionFit, _: Steps) -> Told:
     sentences = {
-        "none": "no friction fit",
-        "steady-only": f"μ = {result.steady_state}, steady value only",
+        "none": "friction not fitted",
+        "steady-only": f"μ = {result.steady_state}, steady-state value only",
         "exponential": str(result.model_copy(update={"notes": ()})),
     }
     samples = result.effective_samples
