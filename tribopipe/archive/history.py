@@ -222,7 +222,7 @@ def _last_line(archive: Path, file: BinaryIO, size: int) -> bytes:
         if tail > LONGEST_LINE:
             raise ArchiveError(
                 f"{archive / FILE_NAME}: found a last line of more than {LONGEST_LINE:,} bytes; expected shorter "
-                "lines, as tribopipe writes them; restore the history from a backup"
+                "lines, as written by tribopipe; restore the history from a backup"
             )
         tail *= 4
     return b""
@@ -305,8 +305,7 @@ class Account:
                 self._take(line[:-1])
             if len(line) > LONGEST_LINE:
                 self._doubt(
-                    f"found a line of more than {LONGEST_LINE:,} bytes; expected shorter lines, as tribopipe writes "
-                    "them"
+                    f"found a line of more than {LONGEST_LINE:,} bytes; expected shorter lines, as written by tribopipe"
                 )
         return self
 

@@ -305,7 +305,9 @@ def converted(value: float, uncertainty: float | None, si_unit: str, unit: str) 
     """
     source, target = _unit(si_unit), _unit_like(unit, si_unit)
     if target.dimension != source.dimension:
-        raise UnitError(f"found {unit!r} for a value in {si_unit}; expected a unit of the same kind as {si_unit!r}")
+        raise UnitError(
+            f"found the unit {unit!r} for a value in {si_unit}; expected a unit of the same dimension as {si_unit!r}"
+        )
     shown = float((_EXACT.create_decimal_from_float(value) - target.offset) / target.slope)
     return shown, None if uncertainty is None else uncertainty * float(1 / target.slope)
 
@@ -319,7 +321,7 @@ def _unit_like(unit: str, si_unit: str) -> _Unit:
         return _unit(unit)
     except ValueError:
         raise UnitError(
-            f"found {unit!r}, which is not a unit; expected a unit of the same kind as {si_unit!r}"
+            f"found {unit!r}, which is not a unit; expected a unit of the same dimension as {si_unit!r}"
         ) from None
 
 
@@ -344,7 +346,7 @@ def computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> Any
     try:
         return operation(left, right)
     except (DimensionalityError, OffsetUnitCalculusError) as error:
-        raise UnitError(f"found incompatible units: {error}; expected quantities of the same kind") from None
+        raise UnitError(f"found incompatible units: {error}; expected quantities of the same dimension") from None
 
 
 def uncertain_in(quantity: Any, unit: str) -> Any:
@@ -356,7 +358,7 @@ def uncertain_in(quantity: Any, unit: str) -> Any:
         return quantity.to(_cleaned(unit))
     except DimensionalityError:
         raise UnitError(
-            f"found {unit!r} for a value in {parts(quantity)[2]}; expected a unit of the same kind"
+            f"found the unit {unit!r} for a value in {parts(quantity)[2]}; expected a unit of the same dimension"
         ) from None
 
 

@@ -74,7 +74,8 @@ def verify(
         list[str] | None,
         typer.Option(
             "--accept",
-            help="Removed or replaced run or study, or history.jsonl, to accept in its present state; may be repeated.",
+            help="Run or study that was removed or replaced, or history.jsonl, to be accepted in its present state; "
+            "may be repeated.",
             metavar="ID",
         ),
     ] = None,

@@ -74,7 +74,8 @@ def new(
         typer.Option(
             "--ends",
             help=(
-                "Table (.csv or .xlsx) of loads, scar sizes and wear volumes, one row per run; each file becomes a run."
+                "Table (.csv or .xlsx) of loads, scar sizes and wear volumes, one row per run; a run is created "
+                "from each recording."
             ),
         ),
     ] = None,

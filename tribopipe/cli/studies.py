@@ -283,7 +283,7 @@ def plan(
         print_result(str(found))
         table(
             f"  contributions to the uncertainty of {found.of}",
-            ["input", "value", "u of k_D", "share of variance", "half-width with half the u"],
+            ["input", "value", "u of k_D", "share of variance", "half-width if u is halved"],
             [
                 [
                     input_label(lever.name),

@@ -94,7 +94,9 @@ class DriftCorrection(Record):
         if self.outcome == "uncorrected":
             return f"no drift correction: missing {' and '.join(self.missing)}"
         if self.anchor is None:
-            return f"drift {_in(self.drift_rate, 'nm/min')}, from the sensor alone: no wear of the pin was measured"
+            return (
+                f"drift {_in(self.drift_rate, 'nm/min')}, from the sensor alone: the wear of the pin was not measured"
+            )
         both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
         return (
             f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "

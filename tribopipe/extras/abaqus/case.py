@@ -225,7 +225,7 @@ _FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: 
 
 
 _MEASURED = "k_D was identified with the measured friction; the subroutine uses the fit of Eq. 7."
-_OTHER_WEARS = "in the test the {} wore as well; the subroutine includes only the wear of the {}."
+_OTHER_WEARS = "in the test, the {} wore as well; the subroutine includes only the wear of the {}."
 _PRESSURES = {
     "giwm": "uniform contact pressure (the Global Incremental Wear Model)",
     "volume": "the wear volume of the pin",

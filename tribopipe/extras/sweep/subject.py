@@ -138,8 +138,8 @@ def _ends(path: str, values: Drawn, subject: Subject[Any]) -> tuple[Value, ...]:
         spread = _at(stated, path).standard_uncertainty
     if not isinstance(mean.cell, float) or isinstance(spread, bool) or not isinstance(spread, int | float):
         raise ManifestError(
-            f"{subject.where}: vary.{path}: found standard_uncertainty = {spread!r}; expected the unit of the "
-            "mean; correct it"
+            f"{subject.where}: vary.{path}: found standard_uncertainty = {spread!r}; expected a value in the "
+            "unit of the mean; correct it"
         )
     return mean, Value(mean.given, mean.cell + spread, mean.unit)
 
