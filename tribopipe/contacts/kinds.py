@@ -46,8 +46,8 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
     if terms.path is None:
         raise ContactError(
             "conditions: found neither track_radius nor stroke; expected one of the two, to determine the length of "
-            "the wear track on the {counterbody}; "
-            'add track_radius = "5 mm" or the like to run.toml'
+            "the wear track on the {counterbody}; add one to run.toml, such as "
+            'track_radius = "5 mm"'
         )
     return PinAndTrackWear(contact, terms.path, terms.engine, terms.there_and_back)
 

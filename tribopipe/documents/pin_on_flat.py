@@ -55,8 +55,8 @@ class _OnFlat(SlidingPin):
         if conditions.stroke is None:
             raise ValueError(
                 "conditions.stroke: missing; expected the stroke length, which is the length of the wear track on the "
-                "flat; add "
-                'stroke = "10 mm" or the like'
+                "flat; add this key, such as "
+                'stroke = "10 mm"'
             )
 
 

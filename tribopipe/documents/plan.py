@@ -173,8 +173,8 @@ class Series(AnySeries):
                 raise ValueError(
                     f"runs[{number}].disc_wear_coefficient: found a wear coefficient, but neither track_radius nor "
                     "stroke in the series; expected one of the two, to determine the length of the wear track on the "
-                    f"{self.contact.counterbody_name()}; add "
-                    'track_radius = "5 mm" or the like to the series'
+                    f"{self.contact.counterbody_name()}; add one to the series, such as "
+                    'track_radius = "5 mm"'
                 )
         return self
 

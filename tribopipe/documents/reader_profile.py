@@ -194,7 +194,7 @@ class ReaderProfile(Record):
         if self.tells_place and self.separator is None:
             raise ValueError(
                 "separator: missing; expected a column separator, since the position of the table is specified; add "
-                'separator = ";" or the like'
+                'this key, such as separator = ";"'
             )
         if self.units_row is not None and (self.names or not self.tells_place):
             raise ValueError(

@@ -112,7 +112,7 @@ def _time_per_rotation(manifest: RunManifest, discs: TwinDisc, lacking: str) -> 
     if speed is None:
         raise ReaderError(
             f"run.toml: conditions.curved_disc_speed: missing; expected a value, since the files contain no {lacking}; "
-            'add curved_disc_speed = "800 mm/s" or the like'
+            'add this key, such as curved_disc_speed = "800 mm/s"'
         )
     return 2 * math.pi * discs.curved_disc.rolling_radius.value / speed.value
 

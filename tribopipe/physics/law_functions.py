@@ -164,8 +164,8 @@ def _called(
             found = function(s, **{key: value for key, value in beside.items() if key in taken}, **parameters)
     except (TypeError, ValueError) as error:
         raise FitError(
-            f"{title}: cannot be computed for arrays ({error}); expected a function that accepts them; use np.exp, "
-            "np.where and the like"
+            f"{title}: cannot be computed for arrays ({error}); expected a function that accepts them; use NumPy "
+            "functions such as np.exp and np.where"
         ) from error
     return np.asarray(found, dtype=float) + np.zeros(s.shape)
 

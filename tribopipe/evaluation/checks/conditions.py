@@ -256,7 +256,7 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if recorded != ["time"] and recorded and abs(ratio - 1) > tolerance:
             yield Trouble(
                 labels[recorded[0]],
-                f"found a violation of {identity.formula} by {_listed(identity, labels)}: the left side is "
+                f"found that {identity.formula} does not hold for {_listed(identity, labels)}: the left side is "
                 f"{ratio:.3g} times the right side; expected a ratio of 1 within {100 * tolerance:.0f} %",
                 "check the units and scales of these columns and values",
             )
@@ -382,7 +382,7 @@ def strokes_unused(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             found.name,
             f"found {len(found.strokes)} reciprocating strokes, but no stroke in run.toml, so that no friction "
             "coefficient per stroke is computed; expected a value for conditions.stroke",
-            'add conditions.stroke = "10 mm" or the like; otherwise, means over strokes include the turning points',
+            'add it, such as conditions.stroke = "10 mm"; otherwise, means over strokes include the turning points',
         )
     signed = next((name for name, values in _other_forces(run) if whole_strokes(values)), None)
     if found is None and signed is not None:

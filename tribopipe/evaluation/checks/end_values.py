@@ -54,7 +54,7 @@ def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Ite
                 f"{where}.{role}_mass_loss",
                 f"found a mass loss of the {name} without a density; expected contact.{name}.density, which converts "
                 "it to a wear volume",
-                'add density = "3.21 g/cm^3" or the like',
+                'add this key, such as density = "3.21 g/cm^3"',
             )
 
 

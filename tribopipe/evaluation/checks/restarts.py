@@ -42,7 +42,7 @@ def running_in_repeats(run: RawRun) -> Iterator[Trouble]:
     if repeated:
         yield Trouble(
             name,
-            f"found a second running-in from {run.numbered(repeated[0])} on; expected the recording of one test",
+            f"found a second running-in starting at {run.numbered(repeated[0])}; expected the recording of one test",
             "create one run per test, with steps = [n] under [[signals]] or from one file per test; if the specimens "
             "were only removed and remounted, enter this under [[interruptions]]",
         )

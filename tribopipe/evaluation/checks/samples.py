@@ -326,7 +326,7 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     if copies:
         yield Trouble(
             "time",
-            f"found that the rows from {run.numbered(copies[0])} on repeat those at the start of the recording; "
+            f"found that the rows starting at {run.numbered(copies[0])} repeat those at the start of the recording; "
             "expected each sample once",
             "delete the copy: its sliding distance is counted again",
         )
@@ -404,7 +404,7 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
             first, count = still
             yield Trouble(
                 name,
-                f"found {_shown(name, values[first])} in {count} samples in a row, from {run.numbered(first)} on; "
+                f"found {_shown(name, values[first])} in {count} consecutive samples, starting at {run.numbered(first)}; "
                 "expected a varying signal",
                 "check whether the sensor was on; if not, delete these values in a copy of the file",
             )
@@ -473,8 +473,8 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         )
         yield Trouble(
             "friction_force",
-            f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first from "
-            f"{run.numbered(int(ends[:-1][without][0]))} on; expected friction wherever the bodies slide under load",
+            f"found almost no friction over {100 * lost:.0f} % of the sliding distance, first at "
+            f"{run.numbered(int(ends[:-1][without][0]))}; expected friction wherever the bodies slide under load",
             "check whether the bodies were in contact and moving; if not, delete these rows, which make k_D "
             f"too small by about this fraction{begun}",
         )

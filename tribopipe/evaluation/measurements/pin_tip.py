@@ -170,7 +170,7 @@ def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty
     if density is None:
         raise FitError(
             f"{run.id}: {key}: found a mass loss of the {body} without a density; expected contact.{name}.density, "
-            'which converts it to a wear volume; add density = "3.21 g/cm^3" or the like'
+            'which converts it to a wear volume; add this key, such as density = "3.21 g/cm^3"'
         )
     known, _ = stated_or_default(density, defaults.density * density.value)
     return known

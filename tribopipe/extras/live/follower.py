@@ -72,7 +72,7 @@ class Axes:
         if origins["sliding_distance"] == "unknown":
             raise ReaderError(
                 f"{self._manifest.id}: found neither distance nor speed of the pin; expected a sliding distance, "
-                'or a speed; add conditions.sliding_speed = "400 mm/s" or the like to run.toml'
+                'or a speed; add one to run.toml, such as conditions.sliding_speed = "400 mm/s"'
             )
 
 
