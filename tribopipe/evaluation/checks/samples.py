@@ -404,8 +404,8 @@ def dead_channel(run: RawRun) -> Iterator[Trouble]:
             first, count = still
             yield Trouble(
                 name,
-                f"found {_shown(name, values[first])} in {count} consecutive samples, starting at {run.numbered(first)}; "
-                "expected a varying signal",
+                f"found {_shown(name, values[first])} in {count} consecutive samples, starting at "
+                f"{run.numbered(first)}; expected a varying signal",
                 "check whether the sensor was on; if not, delete these values in a copy of the file",
             )
 
