@@ -292,10 +292,10 @@ FAILURES = {
         FILE_NAME,
         "cannot be used (written by another version); expected one wr",
     ),
-    "refused": (LS, fault("refused"), FILE_NAME, "access is refused (status 403); expected permission to read; check"),
+    "refused": (LS, fault("refused"), FILE_NAME, "access denied (status 403); expected permission to read; check"),
     "silent": (LS, fault("silent"), FILE_NAME, "found no response in time; expected a file; check the connection"),
     "cut": (LS, fault("cut"), FILE_NAME, "cannot be read ("),
-    "run refused": (SHOW, fault("refused", FILE), FILE, "access is refused (status 403); expected permission to read"),
+    "run refused": (SHOW, fault("refused", FILE), FILE, "access denied (status 403); expected permission to read"),
     "run silent": (
         SHOW,
         fault("silent", FILE),
@@ -330,7 +330,7 @@ def test_truncated_run_is_one_sentence(run_cli, server, listed):
     ("spoiled", "said"),
     [
         (cut_off, "found a damaged file (its length differs from that in its header)"),
-        (fault("refused", FILE), "access is refused (status 403)"),
+        (fault("refused", FILE), "access denied (status 403)"),
         (fault("cut", FILE), "cannot be read ("),
     ],
 )
@@ -344,7 +344,7 @@ def test_damage_of_a_run_in_blocks_is_one_sentence(run_cli, server, listed, spoi
     ("change", "said"),
     [
         (lambda path, _: os.utime(path, ns=(1, 1)), "found that the file changed while it was being read"),
-        (lambda _, server: server.faults.update({FILE: "refused"}), "access is refused"),
+        (lambda _, server: server.faults.update({FILE: "refused"}), "access denied"),
     ],
 )
 def test_run_that_changes_while_its_blocks_are_read_is_refused(server, listed, change, said):

@@ -346,7 +346,7 @@ def _why(error: Exception) -> str:
             "and run `tribopipe ls` on the computer that stores the archive"
         )
     if isinstance(error, PermissionError) or getattr(error, "status", 0) in (401, 403):
-        return f"access is refused ({_said(error)}); expected permission to read; check the address and credentials"
+        return f"access denied ({_said(error)}); expected permission to read; check the address and credentials"
     if getattr(error, "status", 0) == _CHANGED:
         return "found that the file changed while it was being read; expected an unchanged file; run the command again"
     if isinstance(error, TimeoutError):

@@ -40,8 +40,8 @@ RUN_CAPTIONS = {
     "friction": "Measured friction coefficient with its fit; below, the residuals.",
     "clean-up": "Signals as recorded and after preprocessing.",
     "wear": "Measured, fitted and predicted wear with 95 % bands (bar: post-test measurement, 95 % interval).",
-    "contact": "Wear depth, mean pressure and half-width and half-length of the contact calculated with the fitted "
-    "law, with 95 % bands.",
+    "contact": "Wear depth, mean pressure, and half-width and half-length of the contact, calculated with the "
+    "fitted law, with 95 % bands.",
     "local-wear": "Wear simulated with the local contact pressure, compared with the GIWM.",
     "local-pressure": "Distribution of the contact pressure at several stages of wear.",
 }

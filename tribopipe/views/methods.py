@@ -255,16 +255,16 @@ _SPHERE = Method(
             r"V_{\text{cap}} = \frac{π c^2}{3} ( 3 R − c )"
         ),
     ),
-    "f is the factor of the wear law, 1 for Archard's law; c = R − √(R² − a²) is the height of the cap that is cut "
-    "off, a* the radius of the contact without wear.",
+    "f is the factor of the wear law, 1 for Archard's law; c = R − √(R² − a²) is the height of a spherical cap with "
+    "the base radius a, and a* is the radius of the unworn contact.",
 )
 _TRUNCATED = Method(
-    "A sphere truncated before the test",
+    "Sphere truncated before the test",
     "The wear depth follows the curve of a full sphere, h_s(v), starting at the height of the missing cap:",
     (Equation(r"h ( v ) = h_s ( v_0 + v ) − h_s ( v_0 )"),),
 )
 _FLAT = Method(
-    "A flat pin",
+    "Flat pin",
     "The contact radius a is constant, so that the wear depth is the wear volume divided by the contact area:",
     (Equation(r"h = \frac{v}{π a^2} , \quad v = k_D F_N S , \quad S = ∫_0^s f d s"),),
     "f is the factor of the wear law, 1 for Archard's law.",
@@ -301,9 +301,9 @@ _FOUR_BALLS = Method(
 _BOTH_WEAR = Method(
     "Wear of a pin and its wear track",
     "Archard's law holds at each point of both bodies, which remain in contact. In each slice along the sliding "
-    "direction, the depth of the groove follows from the cross-sectional area A that the pin has lost there; L is "
-    "the sliding distance between two passages of the pin. The size of scar and groove follows from the wear volumes "
-    "of both bodies:",
+    "direction, the depth of the groove is proportional to the cross-sectional area A that the pin has lost there; L "
+    "is the sliding distance between successive passes of the pin. The sizes of scar and groove are determined by the "
+    "wear volumes of both bodies:",
     (
         Equation(r"h_d ( x ) = \frac{k_2}{k_1 L} A ( x )"),
         Equation(r"V_i = k_i F_N S"),
@@ -316,7 +316,7 @@ _LOST = Method(
     "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 for Archard's law.",
 )
 _LOCAL = Method(
-    "Local wear",
+    "Wear with the local contact pressure",
     "Where stated, wear was simulated with the local contact pressure instead of a uniform one. Each point recedes "
     "according to the wear law and the pressure at that point:",
     (Equation(r"\frac{∂ h ( x , s )}{∂ s} = k_D p ( x , s )"),),
@@ -335,7 +335,7 @@ _DISCS = Method(
             r"\frac{1}{r_{\text{eq}}} = \frac{1}{r_1 − h_1} + \frac{1}{r_2 − h_2}"
         ),
     ),
-    "κ is π/4 as published, and 1 for the convention line-load. The number of rotations N is an integral over the "
+    "κ is π/4 as published, and 1 for the line-load convention. The number of rotations N is an integral over the "
     "worn height, in the limit of small steps; in the paper, each step is one rotation.",
     (PAPER,),
 )
@@ -403,8 +403,8 @@ _DRAWN = Method(
 )
 _VERDICTS = Method(
     "Agreement with the model",
-    "The agreement of a run with the model is rated by δ, measured minus predicted wear, divided by U, the half-width "
-    "of the 95 % interval of δ on the side toward zero:",
+    "The agreement of a run with the model is assessed with the E_n number. It is δ, the measured minus the predicted "
+    "wear, divided by U, the half-width of the 95 % interval for δ on the side toward zero:",
     (Equation(r"E_n = \frac{δ}{U}"),),
     "For |E_n| ≤ 1, measured and predicted wear agree. The interval is found by Monte Carlo, so that errors common to "
     "both cancel. The model is rated as over- or under-predicting only if δ exceeds its 99 % limits. Between the 95 % "
@@ -414,7 +414,7 @@ _VERDICTS = Method(
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(
-    "Several runs",
+    "Common k_D of several runs",
     "Runs from which a common k_D is identified are weighted according to their individual standard uncertainty u and "
     "the between-run standard deviation τ, which is estimated from the scatter between runs; both refer to √k_D:",
     (Equation(r"w_i = \frac{1}{u_i^2 + τ^2}"),),
