@@ -119,7 +119,7 @@ def _rows(run: RunOutline, laws: Sequence[LawName]) -> list[list[str]]:
                 *(_cell(None if one is None else one.wear_coefficient, WEAR_COEFFICIENT) for one in found),
                 _wear(measured),
                 *(_wear(_predicted(one.get(name), measured)) for one in ends),
-                "" if rows else reference or ("(identifies k_D)" if fitted else "–"),
+                "" if rows else reference or ("(fitted)" if fitted else "–"),
             ]
         )
     return rows
