@@ -15,7 +15,7 @@ export function Choices({ asked, first }: { asked: Asked; first: string }) {
   return (
     <div className="choices">
       <Switch
-        label="What to compare"
+        label="Quantity to compare"
         choices={[...WHATS]}
         value={asked.what}
         onChoose={(what) => setQuery({ what, x: null, from: null, to: null })}

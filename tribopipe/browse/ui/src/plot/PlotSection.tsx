@@ -61,7 +61,7 @@ export default function PlotSection({ base, file, offer, height = HEIGHT, said =
         error === null && (
           <>
             <div className="plot-skeleton" style={{ height: `calc(${height}px + 8.2rem)` }} />
-            <p className="only-on-paper">This plot was not loaded yet. Print the page again with Ctrl+P.</p>
+            <p className="only-on-paper">This plot has not been loaded yet. Print the page again with Ctrl+P.</p>
           </>
         )
       )}

@@ -20,11 +20,11 @@ export function Findings({ run }: { run: Run }) {
 }
 
 function FindingList({ findings }: { findings: Finding[] }) {
-  if (findings.length === 0) return <p className="soft">No problems found by the checks or the fits.</p>;
+  if (findings.length === 0) return <p className="soft">No problems found by checks or fits.</p>;
   const grave = Object.keys(SIGNS);
   const ordered = [...findings].sort((a, b) => grave.indexOf(a.severity) - grave.indexOf(b.severity));
   return (
-    <ul className="findings" aria-label="Findings of the checks and the fits">
+    <ul className="findings" aria-label="Findings from checks and fits">
       {ordered.map(({ severity, text }, place) => (
         <li key={place}>
           <Severity name={severity} />

@@ -63,7 +63,7 @@ const withCode = (text: string) =>
 function Unfitted({ run }: { run: Run }) {
   return (
     <p className="notice notice-warn">
-      <strong>No wear coefficient was identified in this run.</strong>{" "}
+      <strong>No wear coefficient was identified from this run.</strong>{" "}
       {run.stages.length === 0 ? (
         <>
           It was archived but not evaluated; run <code>tribopipe process</code> on its run folder.

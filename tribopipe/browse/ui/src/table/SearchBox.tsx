@@ -11,7 +11,7 @@ export function SearchBox({ text, onType }: Props) {
       <input
         id="search"
         type="search"
-        placeholder="words in the table"
+        placeholder="text in any column"
         autoComplete="off"
         spellCheck={false}
         value={text}
