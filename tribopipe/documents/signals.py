@@ -37,7 +37,7 @@ SIGNALS: dict[SignalName, Signal] = {
     ),
     "sliding_distance": Signal("distance", "sliding distance since the start of the test"),
     "sliding_speed": Signal("speed", "relative speed of the two surfaces"),
-    "normal_force": Signal("force", "load pressing the two bodies together"),
+    "normal_force": Signal("force", "normal load between the two bodies"),
     "friction_force": Signal("force", "force along the direction of sliding"),
     "friction_coefficient": Signal("ratio", "friction force over normal force"),
     "depth": Signal("length", "signal of the displacement sensor: wear of both bodies, offset and drift"),

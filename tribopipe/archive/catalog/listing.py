@@ -121,9 +121,9 @@ _ALL = (
     _number("slip", "slip", "Nominal slip of two discs.", "percentage", "%"),
     _number("temperature", "temperature", "Room temperature.", "temperature", "°C"),
     _number("humidity", "humidity", "Relative humidity of the surrounding air.", "percentage", "%"),
-    _number("friction", "steady-state μ", "Steady-state friction coefficient, b of the fit.", "ratio", shown=True),
-    _number("friction_amplitude", "A", "Initial friction above the steady state, A of the fit.", "ratio"),
-    _number("running_in", "c", "Running-in distance, c of the fit.", "distance", "m"),
+    _number("friction", "steady-state μ", "Steady-state friction coefficient (b in the fit).", "ratio", shown=True),
+    _number("friction_amplitude", "A", "Initial minus steady-state friction coefficient (A in the fit).", "ratio"),
+    _number("running_in", "c", "Running-in distance (c in the fit).", "distance", "m"),
     _number("mean_friction", "mean μ", "Mean friction coefficient over the entire run.", "ratio"),
     _number("drift_rate", "drift", "Drift rate of the depth signal.", "drift rate", "nm/min"),
     _number(

@@ -223,7 +223,7 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
             "end_values",
             "found no wear measurement of the cylindrical disc; expected its depth, track width, volume or profile; "
             "otherwise, the disc is assumed to be unworn, as in the one-sided model",
-            "add its depth, track width, volume or profile if it wore",
+            "add its depth, track width, volume or profile if it has worn",
         )
 
 

@@ -25,7 +25,7 @@ def join_axes(bench: Bench, step: ContinuousAxes) -> None:
         joined = continuous(axis)
         if joined is not axis:
             restarts = len(segments(axis).starts)
-            bench.put(name, joined, _count(restarts), "a test has one continuous axis", parts=restarts + 1)
+            bench.put(name, joined, _count(restarts), "each test has one continuous axis", parts=restarts + 1)
     leads = {name: _lead(axis) for name in _AXES if (axis := bench.measured(name)) is not None}
     for name in leads:
         _begin(bench, name, leads, step)
@@ -50,7 +50,7 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
     other = min((lead for one, lead in leads.items() if one != name), default=np.inf)
     covered = np.nanmax(axis) - first
     if step.carried_over == "always":
-        start, why = first, "the recipe states that it was carried over"
+        start, why = first, "carried over from an earlier test, as stated in the recipe"
     elif step.carried_over == "auto" and min(leads[name], other) > _CLOCK:
         start, why = first, f"a clock or counter not reset: its first value is more than {_CLOCK:g} times its range"
     elif step.carried_over == "auto" and leads[name] - max(other, 0.0) > _LATE:

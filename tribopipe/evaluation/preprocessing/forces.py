@@ -58,7 +58,7 @@ def invert(bench: Bench, step: Invert) -> None:
     for name in dict.fromkeys(step.signals):
         values = bench.measured(name)
         if values is not None:
-            bench.put(name, -values, "sign inverted", "the recipe specifies this", factor=-1.0)
+            bench.put(name, -values, "sign inverted", "as specified in the recipe", factor=-1.0)
         elif name in bench.columns and bench.origins[name] != "measured":
             bench.leave(name, "sign not inverted, since it was not measured", bench.origins[name])
 

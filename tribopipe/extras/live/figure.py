@@ -29,7 +29,7 @@ def plot_live(run_id: str, found: Posterior, estimate: Estimate, means: Means) -
     ax = figure.subplots()
     worn = found.worn(means.sliding_distance, means.depth)
     x, y = thinned(means.sliding_distance, worn)
-    ax.plot(x, from_si(y, "m", "um"), color=GREY, lw=0.8, label="sensor, without zero offset and drift")
+    ax.plot(x, from_si(y, "m", "um"), color=GREY, lw=0.8, label="depth signal, corrected for zero offset and drift")
     _draw_law(ax, found, estimate)
     ax.set_xlabel(axis("sliding distance", "m"))
     ax.set_ylabel(axis("pin wear depth", "um"))

@@ -58,7 +58,7 @@ def archived_drift(archive: Archive, manifest: RunManifest) -> Expected:
         return found.drift_rate.value if same and found is not None and found.drift_rate is not None else None
 
     rates = _found(archive, manifest.id, rate)
-    what = f"drift rate on the instrument {manifest.instrument!r}"
+    what = f"drift rate measured on the instrument {manifest.instrument!r}"
     value, spread = _next(list(rates.values()), what)
     return Expected(Quantity(value=value, unit="m/s", standard_uncertainty=spread), tuple(rates))
 
