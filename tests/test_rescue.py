@@ -163,7 +163,7 @@ def test_file_that_hdf5_cannot_open_is_told(damaged, say_rescue, tmp_path):
     result = say_rescue()
     assert result.exit_code == 1
     assert str(damaged) in sentence(result)
-    assert "nothing can be saved from it" in sentence(result)
+    assert "nothing can be saved from this file" in sentence(result)
     assert not (tmp_path / "saved").exists()
 
 

@@ -17,7 +17,7 @@ from tribopipe.documents.manifest import FileName
 from tribopipe.readers.subprocess_readers import answer_about
 from tribopipe.results.run import SourceFile
 
-_REMEDY = "nothing can be saved from it; restore it from a backup, or ingest the instrument files again"
+_REMEDY = "nothing can be saved from this file; restore it from a backup, or ingest the instrument files again"
 _FILE_NAME: TypeAdapter[str] = TypeAdapter(FileName)
 
 

@@ -388,7 +388,7 @@ def _wider_than_disc(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 "end_values",
                 f"found a total wear depth of {found.total.shown('um')} from {found.anchor}, at which the contact "
-                f"would be wider than the disc, {show(width, None, 'm', 'mm')}; expected at most "
+                f"would be wider than the disc ({show(width, None, 'm', 'mm')}); expected at most "
                 f"{show(most, None, 'm', 'um')}",
                 "check the units of the measurement and of the density, crown_radius and the width of the discs",
             )

@@ -246,7 +246,7 @@ def _places(asked: Predictions, source: _Source, where: str) -> tuple[float, ...
     if not asked.at and not asked.depth:
         if source.end is None:
             raise ManifestError(
-                f'{where}: predictions.at: missing; expected the points at which to predict; add at = ["500 m"]'
+                f'{where}: predictions.at: missing; expected the points at which to predict wear; add at = ["500 m"]'
             )
         return (source.end,)
     try:
