@@ -12,7 +12,7 @@ from tribopipe.cli.listing import up_to_date
 from tribopipe.cli.options import DEFAULT_ARCHIVE, ReadableArchive, crew, require_archive
 from tribopipe.cli.output import finish, progress, say
 
-Port = Annotated[int, typer.Option("--port", help="Port; default: any free port.", min=0, max=65_535)]
+Port = Annotated[int, typer.Option("--port", help="Port number; default: any free port.", min=0, max=65_535)]
 NoBrowser = Annotated[bool, typer.Option("--no-browser", help="Print the address without opening a browser.")]
 SERVER_PACKAGES = ("anyio", "fastapi", "h5grove", "starlette", "uvicorn")
 """Packages of the extra web."""

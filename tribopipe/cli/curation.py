@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from tribopipe.documents.annotation import Annotation, Mark
 
 
-By = Annotated[str | None, typer.Option("--by", help="Author; default: the current user.")]
+By = Annotated[str | None, typer.Option("--by", help="Name of the author; default: the current user.")]
 
 
 def mark_bad(
     run_id: Annotated[str, typer.Argument(help="ID of an archived run.", metavar="ID", autocompletion=archived_ids)],
-    reason: Annotated[str, typer.Option("--reason", help="Reason; stored with the run.")],
+    reason: Annotated[str, typer.Option("--reason", help="Reason for the mark, stored with the run.")],
     undo: Annotated[bool, typer.Option("--undo", help="Remove the mark.")] = False,
     by: By = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,

@@ -59,7 +59,7 @@ def export_dataset(
             "--ro-crate", help="RO-Crate to write: a folder, or a ZIP file if OUT ends in .zip.", metavar="OUT"
         ),
     ] = None,
-    eln: Annotated[Path | None, typer.Option("--eln", help="ELN file to write.", metavar="OUT.eln")] = None,
+    eln: Annotated[Path | None, typer.Option("--eln", help="ELN archive to write (.eln).", metavar="OUT.eln")] = None,
     dataset: Annotated[
         Path | None,
         typer.Option(

@@ -141,8 +141,8 @@ def export_runs(
         bool,
         typer.Option(
             "--decimal-comma",
-            help="Write 0,5 instead of 0.5 in LaTeX and CSV files; CSV columns are then separated by semicolons, as "
-            "Excel expects in most European locales.",
+            help="Use a decimal comma, 0,5 instead of 0.5, in LaTeX and CSV files; CSV columns are then separated by "
+            "semicolons, as Excel expects in most European locales.",
         ),
     ] = False,
     archive: ReadableArchive = DEFAULT_ARCHIVE,
@@ -197,8 +197,8 @@ def umeshmotion(
     wear_coefficient: Annotated[
         str | None,
         typer.Option(
-            help='k_D of the pin or the crowned disc, for example "13.5e-9 mm^3/(N*mm)"; default: from the '
-            "archived fit."
+            help='k_D of the pin or the crowned disc, for example "13.5e-9 mm^3/(N*mm)"; default: value from '
+            "the archived fit."
         ),
     ] = None,
     friction: Friction = None,

@@ -59,9 +59,9 @@ def live(
             "--wear-from", help="Archive of earlier runs with the same bodies, from which their k_D is estimated."
         ),
     ] = None,
-    every: Annotated[float, typer.Option("--every", help="Time between updates, s.", min=0.1)] = 5.0,
+    every: Annotated[float, typer.Option("--every", help="Time between updates in seconds.", min=0.1)] = 5.0,
     until_still: Annotated[
-        float | None, typer.Option("--until-still", help="Stop after this idle time, s.", min=0.0)
+        float | None, typer.Option("--until-still", help="Idle time in seconds after which to stop.", min=0.0)
     ] = None,
     once: Annotated[bool, typer.Option("--once", help="Show the current state and exit.")] = False,
     figure: Annotated[Path | None, typer.Option("--figure", help="Figure to update, for example live.svg.")] = None,

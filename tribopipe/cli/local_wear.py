@@ -67,8 +67,9 @@ def local_wear(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='Wear coefficient k_D in V = k_D·F_N·s, for example "13.5e-9 mm^3/(N*mm)"; for two discs, specify the '
-            "option twice: first for the crowned disc, then for the cylindrical disc. Default: from the archived fit."
+            help='Wear coefficient k_D in V = k_D·F_N·s, for example "13.5e-9 mm^3/(N*mm)"; default: value from '
+            "the archived fit. For two discs, specify the option twice: first for the crowned disc, then for the "
+            "cylindrical disc."
         ),
     ] = None,
     engine: Annotated[

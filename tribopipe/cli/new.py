@@ -31,7 +31,7 @@ def new(
     ],
     into: Annotated[Path, typer.Option("--into", help="Folder in which to create the run folder.")] = Path(),
     run_id: Annotated[
-        str | None, typer.Option("--id", help="ID of the run; default: from the name of the first file.")
+        str | None, typer.Option("--id", help="ID of the run; default: derived from the name of the first file.")
     ] = None,
     template: Template = None,
     reader: ReaderName = None,
@@ -45,12 +45,12 @@ def new(
     ] = None,
     profiles: Annotated[
         list[str] | None,
-        typer.Option("--profile", help="Body and file of a profile, for example disc=track.txt.", metavar="BODY=FILE"),
+        typer.Option("--profile", help="Body and its profile file, for example disc=track.txt.", metavar="BODY=FILE"),
     ] = None,
     sheet: SheetName = None,
     each_sheet: Annotated[
         bool,
-        typer.Option("--each-sheet", help="Create a run folder for each sheet of a workbook that contains a test."),
+        typer.Option("--each-sheet", help="Create a run folder for each sheet that contains a test."),
     ] = False,
     each_row: Annotated[
         bool,

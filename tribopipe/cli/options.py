@@ -114,7 +114,7 @@ FigureFormats = Annotated[
         "--format",
         parser=_figure_format,
         metavar="FORMAT",
-        help="Figures for print, with captions as text: pdf, svg, or png at 600 dpi; may be repeated.",
+        help="Format of figures for print: pdf, svg, or png at 600 dpi; captions are saved as text; may be repeated.",
     ),
 ]
 RecipeFile = Annotated[Path | None, typer.Option("--recipe", help="TOML file with processing options.")]

@@ -76,12 +76,12 @@ def predict(
     wear_coefficient: Annotated[
         list[str] | None,
         typer.Option(
-            help='k_D to use, for example "13.5e-9 mm^3/(N*mm)"; default: from the archived fit. For both bodies, give '
-            'the option twice, with body names: pin="1e-9 mm^2/N", disc="4e-7 mm^2/N".'
+            help='k_D to use, for example "13.5e-9 mm^3/(N*mm)"; default: value from the archived fit. For both '
+            'bodies, specify the option twice, with the names of the bodies: pin="1e-9 mm^2/N", disc="4e-7 mm^2/N".'
         ),
     ] = None,
     law: Law = "archard",
-    scheme: Annotated[Scheme, typer.Option(help="Exact solution, or the Euler steps of the paper.")] = "exact",
+    scheme: Annotated[Scheme, typer.Option(help="Exact solution, or Euler steps as in the paper.")] = "exact",
     steps: Annotated[
         int | None,
         typer.Option(

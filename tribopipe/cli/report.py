@@ -45,7 +45,7 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf", help="Write a PDF file, using an installed Chromium, Chrome or Edge.")
     ] = False,
-    run: Annotated[bool, typer.Option("--run", help="Report the run if a study has the same ID.")] = False,
+    run: Annotated[bool, typer.Option("--run", help="Report on the run if a study has the same ID.")] = False,
     archive: ReadableArchive = DEFAULT_ARCHIVE,
     force: Replace = False,
 ) -> None:

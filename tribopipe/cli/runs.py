@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
 
-RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders of run folders.", metavar="RUN")]
+RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders that contain them.", metavar="RUN")]
 
 
 def run_folders(
@@ -161,7 +161,7 @@ def say_warnings(outcome: "Outcome") -> None:
 
 def simulate(
     folder: Annotated[Path, typer.Argument(help="Output folder for run folders.")],
-    plan: Annotated[Path, typer.Option("--plan", help="TOML file with the plan to simulate.")],
+    plan: Annotated[Path, typer.Option("--plan", help="TOML file with the simulation plan.")],
     as_json: AsJson = False,
 ) -> None:
     """Simulate runs with known wear."""

@@ -39,11 +39,13 @@ def sweep(
     recipe: RecipeFile = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="CSV file for the rows; existing rows are not recomputed.", metavar="FILE"),
+        typer.Option("--out", "-o", help="CSV file for the results; existing rows are not recomputed.", metavar="FILE"),
     ] = None,
     reuse: Annotated[
         list[Path] | None,
-        typer.Option("--reuse", help="CSV file of the same sweep, such as a shard; may be repeated.", metavar="FILE"),
+        typer.Option(
+            "--reuse", help="CSV file of the same sweep, such as that of a shard; may be repeated.", metavar="FILE"
+        ),
     ] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Figure of the results: SVG, PNG or PDF.", metavar="FILE")
@@ -51,7 +53,9 @@ def sweep(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     shard: Shard = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show the number of cases without running them.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show the number of cases without computing them.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Compute all cases again.")] = False,
     as_json: AsJson = False,
 ) -> None:

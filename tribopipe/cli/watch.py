@@ -16,17 +16,17 @@ _STDERR = 2
 
 
 def watch(
-    folder: Annotated[
-        Path, typer.Argument(help="Folder with the exports of the instruments; its files are not modified.")
-    ],
+    folder: Annotated[Path, typer.Argument(help="Folder to which the instruments export; its files are not modified.")],
     template: Template = None,
     runs: Annotated[
-        Path | None, typer.Option("--runs", help="Folder for run folders; default: runs, next to the archive.")
+        Path | None,
+        typer.Option("--runs", help="Folder in which to create run folders; default: runs, next to the archive."),
     ] = None,
     archive: ArchiveFolder = DEFAULT_ARCHIVE,
     recipe: RecipeFile = None,
     settle: Annotated[
-        float, typer.Option("--settle", help="Idle time after which an export is considered complete, s.", min=0.0)
+        float,
+        typer.Option("--settle", help="Idle time in seconds after which an export is considered complete.", min=0.0),
     ] = 10.0,
     together: Annotated[
         bool,
