@@ -150,7 +150,7 @@ def _friction_told(result: FrictionFit, _: Steps) -> Told:
 
 
 def _definition(strokes: StrokeFriction) -> Iterator[tuple[str, str | None]]:
-    yield "definition used for the friction coefficient", strokes.used or "every sample, turning points included"
+    yield "definition used for the friction coefficient", strokes.used or "every sample, including the turning points"
     yield "offset of the friction coefficient", shown(strokes.offset)
 
 

@@ -101,12 +101,12 @@ def _pin_volume(end: EndValues, contact: SlidingPin) -> Quantity | None:
 def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
     """Find tracks wider than the pin, or than the circle they lie on."""
     width, pin, circle = end.disc_track_width, manifest.sliding_pin.pin, manifest.conditions.track_radius
-    for name, radius in (("pin", pin.radius if pin.widens else None), ("circle", circle)):
+    for name, radius in (("pin", pin.radius if pin.widens else None), ("circular wear track", circle)):
         if width is not None and radius is not None and width.value >= 2 * radius.value:
             yield Trouble(
                 f"{where}.disc_track_width",
-                f"found {width.shown('um')}, not less than the diameter of the {name}, "
-                f"{show(2 * radius.value, None, 'm', 'mm')}; expected a narrower track",
+                f"found {width.shown('um')}, not less than the diameter of the {name} "
+                f"({show(2 * radius.value, None, 'm', 'mm')}); expected a narrower track",
                 "check both units",
             )
 
