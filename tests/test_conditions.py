@@ -136,8 +136,8 @@ def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     run.columns["friction_force"][:] *= 0.5
     (told,) = found_in(run)["channels_disagree"]
     assert told.startswith(
-        "friction_force: found that F_f/F_N = μ does not hold for 'friction_force', 'normal_force', 'friction_coefficient': "
-        "the left side is 0.5 times the right side; expected a ratio of 1 within 5 %"
+        "friction_force: found that F_f/F_N = μ does not hold for 'friction_force', 'normal_force', "
+        "'friction_coefficient': the left side is 0.5 times the right side; expected a ratio of 1 within 5 %"
     )
 
 
