@@ -409,8 +409,8 @@ _VERDICTS = Method(
     "For |E_n| ≤ 1, measured and predicted wear agree. The interval is calculated by Monte Carlo, so that errors "
     "common to both cancel. The model is rated as over- or under-predicting only if δ exceeds its 99 % limits. Between "
     "the 95 % and the 99 % limits, the comparison is inconclusive. It is also inconclusive if neither the final wear "
-    "nor the wear curve would reveal an error in k_D of a factor of two. Measurements along the curve are compared with "
-    "a simultaneous band that contains 95 % of the curves as a whole.",
+    "nor the wear curve would reveal an error in k_D of a factor of two. Measurements along the curve are compared "
+    "with a simultaneous band that contains 95 % of the curves as a whole.",
     (ISO_13528, MONTE_CARLO),
 )
 _SEVERAL = Method(
