@@ -50,7 +50,7 @@ from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact import Specimen
-from tribopipe.documents.contact_kinds import contacts, spoken
+from tribopipe.documents.contact_kinds import ASSUMED, contact_described, contacts, spoken
 from tribopipe.documents.manifest import RunManifest, unknown_kind
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.record import Record
@@ -431,7 +431,8 @@ def write_wear_plot(entry: h5py.Group) -> None:
     wear = _against_axis(entry, "wear", next(iter(curves)))
     if len(curves) > 1:
         wear.attrs["auxiliary_signals"] = list(curves)[1:]
-    worn = "pin" if "pin" in entry else "two discs"
+    contact = contact_described(json.loads(nexus.text(entry, "manifest/data")).get("contact")) or ASSUMED
+    worn = contact.fitted_bodies[0] if contact.tip_role else "two discs"
     nexus.field(wear, "title", f"Wear of the {worn}, run {nexus.text(entry, 'identifier_run')}")
     for name, values in curves.items():
         nexus.field(wear, name, values, "um")

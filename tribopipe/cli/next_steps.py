@@ -270,7 +270,11 @@ def _fitted(runs: "Sequence[ListedRun]") -> "list[ListedRun]":
 
 def _was_measured(run: "ListedRun") -> bool:
     """Return whether wear was measured after a test, which is always true of two discs with a fit."""
-    return run.text("tribometer") == "twin-disc" or any(run.value(name) is not None for name in _MEASURED)
+    from tribopipe.documents.contact_kinds import contact_named
+
+    contact = contact_named(run.text("tribometer"))
+    needed = contact is not None and not contact.sensor_tells
+    return needed or any(run.value(name) is not None for name in _MEASURED)
 
 
 def _to_be_added(run: "ListedRun") -> list[str]:

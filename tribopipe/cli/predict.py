@@ -281,13 +281,8 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
 
 def _resized(contact: Any, changes: dict[str, str]) -> Any:
     """Return a contact with the specified radius: of a tip, or of a crown."""
-    if "--radius" in changes:
-        pin = contact.pin.model_copy(update={"radius": quantity("--radius", changes["--radius"], "length")})
-        return contact.with_bodies(pin, contact.counterbody)
-    if "--crown-radius" in changes:
-        crown = {"crown_radius": quantity("--crown-radius", changes["--crown-radius"], "length")}
-        return contact.model_copy(update={"curved_disc": contact.curved_disc.model_copy(update=crown)})
-    return contact
+    radius = next((option for option in ("--radius", "--crown-radius") if option in changes), None)
+    return contact if radius is None else contact.resized(quantity(radius, changes[radius], "length"))
 
 
 def _known(subject: Subject, asked: _Asked) -> "KnownWear":

@@ -187,23 +187,26 @@ def simulate(
         _show_discs(title if not pins else "", discs)
 
 
-_DISCS = {"curved": "crowned", "flat": "cylindrical"}
+_DISCS = {"curved_": "crowned", "flat_": "cylindrical"}
+"""Discs of a virtual test, by how its keys begin."""
 
 
 def _show_discs(title: str, truths: "Sequence[TwinDiscTruth]") -> None:
     from tribopipe.base.units import WEAR_COEFFICIENT
 
-    names, discs = [truth.id for truth in truths for _ in _DISCS], [*_DISCS.values()] * len(truths)
-    laws = [truth.law if truth.fatigue is None else f"{truth.law}, fatigue" for truth in truths for _ in _DISCS]
+    known = "wear_coefficient"
+    keys = [key.removesuffix(known) for key in type(truths[0]).model_fields if key.endswith(known)]
+    names, discs = [truth.id for truth in truths for _ in keys], [_DISCS[key] for key in keys]
+    laws = [truth.law if truth.fatigue is None else f"{truth.law}, fatigue" for truth in truths for _ in keys]
     columns = [
-        _column(head, [getattr(truth, key.format(disc)) for truth in truths for disc in _DISCS], unit)
+        _column(head, [getattr(truth, key.format(disc)) for truth in truths for disc in keys], unit)
         for head, key, unit in (
-            ("true k_D", "{}_wear_coefficient", WEAR_COEFFICIENT),
-            ("true wear at the end", "end_{}_wear_depth", "um"),
-            ("true wear volume at the end", "end_{}_wear_volume", "mm^3"),
+            ("true k_D", "{}wear_coefficient", WEAR_COEFFICIENT),
+            ("true wear at the end", "end_{}wear_depth", "um"),
+            ("true wear volume at the end", "end_{}wear_volume", "mm^3"),
         )
     ]
-    rows = zip(names, laws, discs, *(one.cells for one in columns), strict=True)
+    rows = zip(names, laws, discs * len(truths), *(one.cells for one in columns), strict=True)
     table(title, ["run", "law", "disc", *(one.heading for one in columns)], list(rows))
 
 

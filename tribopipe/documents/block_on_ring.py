@@ -75,6 +75,16 @@ class BlockTip(Tip):
         """Width of the block, m."""
         return self.width
 
+    @property
+    def depth_exponent(self) -> float:
+        """Exponent n of depth ∝ sⁿ under Archard's law."""
+        return 2 / 3
+
+    @property
+    def usual_measurement(self) -> str:
+        """Key of the width of the scar, which is its length along the sliding direction."""
+        return _SCAR[1]
+
 
 class BlockOnRing(SlidingPin):
     """A block pressed on a rotating ring."""

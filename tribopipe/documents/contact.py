@@ -5,12 +5,13 @@ Each kind of tribometer is a class in a module of its own (tribopipe.documents.c
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, cast, get_args
 
 from numpy.typing import ArrayLike
 from pydantic import AfterValidator, Field, model_validator
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Density, Length, Pressure, Quantity, Ratio, Toughness, scaled
 from tribopipe.documents.record import Record
@@ -74,6 +75,15 @@ class Specimen(Record):
     coating_thickness: Length | None = None
     """Thickness of the coating, if any; if it is worn through, k_D applies to coating and substrate together."""
 
+    size_keys: ClassVar[tuple[str, ...] | None] = None
+    """Keys of the dimensions that reports state, the main one last; None for all that it has of its own."""
+
+    @classmethod
+    def sizes(cls) -> tuple[str, ...]:
+        """Return the keys of the dimensions that reports state, except the diameter."""
+        own = tuple(name for name in cls.model_fields if name not in Specimen.model_fields)
+        return own if cls.size_keys is None else cls.size_keys
+
 
 Shape = Literal["spherical", "flat", "truncated-sphere", "block"]
 
@@ -103,6 +113,21 @@ class Tip(Specimen):
         """Whether wear makes the contact wider across the sliding, so that a groove shapes it."""
         return self.shape in ("spherical", "truncated-sphere")
 
+    @property
+    def constant_area(self) -> bool:
+        """Whether the contact area stays the same as the tip wears: a flat end."""
+        return self.shape == "flat"
+
+    @property
+    def depth_exponent(self) -> float:
+        """Exponent n of depth ∝ sⁿ under Archard's law: about ½ for a sphere, truncated or not."""
+        return 1.0 if self.constant_area else 0.5
+
+    @property
+    def usual_measurement(self) -> str:
+        """Key of the post-test measurement that gives its wear volume most easily."""
+        return "pin_wear_depth" if self.constant_area else "pin_scar_diameter"
+
 
 class Pin(Tip):
     """The pin or ball that slides on the disc."""
@@ -113,6 +138,8 @@ class Pin(Tip):
     """Radius R_P of a spherical tip, truncated or not; radius of the flat end of a flat pin."""
     flat_radius: Length | None = None
     """Radius of the flat on a truncated sphere before the test."""
+
+    size_keys: ClassVar[tuple[str, ...] | None] = ("radius",)
 
     @model_validator(mode="after")
     def _flat_belongs_to_a_truncated_sphere(self) -> Self:
@@ -130,6 +157,9 @@ class Pin(Tip):
         return self
 
 
+ModulusInput = Literal["pin_modulus", "disc_modulus", "curved_modulus", "flat_modulus"]
+
+
 class Contact(Record):
     """Two bodies that wear each other; each kind states what follows from it."""
 
@@ -145,8 +175,12 @@ class Contact(Record):
     """Bodies whose k_D is determined; the first one is determined in every fit."""
     shown: ClassVar[tuple[str, ...]]
     """Quantities of the predicted wear that tables show."""
-    rolls: ClassVar[bool] = False
-    """Whether the bodies roll on each other and slip, so that rotations count."""
+    test: ClassVar[str]
+    """What a test of this family is called in a message: "run with a sliding pin"."""
+    study_word: ClassVar[str] = ""
+    """What the IDs of drafted studies call a test of this family, if anything."""
+    tribodatafair: ClassVar[str | None] = None
+    """Identifier of this type of tribometer in TriboDataFAIR, if it has one."""
     both: ClassVar[str]
     """Both bodies in words."""
     body_words: ClassVar[Mapping[str, str]] = {}
@@ -155,10 +189,16 @@ class Contact(Record):
     """Name of the relative sliding distance of the bodies."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
+    modulus_inputs: ClassVar[tuple[ModulusInput, ...]]
+    """Names of the inputs that are the Young's moduli of the bodies."""
+    family_conditions: ClassVar[tuple[str, ...]]
+    """Keys of conditions that make sense for this family alone."""
     own_conditions: ClassVar[tuple[str, ...]] = ()
     """Keys of conditions that make sense for this kind alone."""
     needed_conditions: ClassVar[tuple[str, ...]] = ()
     """Keys of conditions that this kind needs in addition to the load."""
+    replaced_conditions: ClassVar[Mapping[str, str]] = {}
+    """Keys of conditions that this kind needs unless another is stated, and that other one."""
     like: ClassVar[Mapping[str, str]] = {}
     """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"
@@ -167,10 +207,31 @@ class Contact(Record):
     """Contacts that a place of the second body's track meets in one turn."""
     depth_share: ClassVar[float] = 1.0
     """Approach of the two bodies over the displacement that a sensor reads."""
+    tip_role: ClassVar[str | None] = None
+    """Role of the body that stays in contact while a track of the other one passes it; None if both pass."""
+    material_transfer: ClassVar[bool] = False
+    """Whether a body may gain material from the other one, so that its volume or mass grows."""
     sensor_tells: ClassVar[bool] = False
     """Whether the depth reading of a test gives the wear without a measurement after it."""
     title: ClassVar[str]
     """Name of the test in a sentence: "a pin on a disc"."""
+
+    @classmethod
+    def of(cls, contact: "Contact", run_id: str) -> Self:
+        """Return a contact of this family. Raises ``ContactError`` for a run on another tribometer."""
+        if isinstance(contact, cls):
+            return contact
+        raise ContactError(f"{run_id}: found a {contact.kind} run; expected a {cls.test}; specify another run")
+
+    @property
+    def tip(self) -> "Tip | None":
+        """The end of the body that stays in contact; None if both bodies pass."""
+        return None
+
+    @property
+    def disc_of_track(self) -> Specimen | None:
+        """The disc on whose face the track lies, which limits its radius; None if there is none."""
+        return None
 
     @property
     def travel(self) -> float:
@@ -181,6 +242,11 @@ class Contact(Record):
     def bodies(self) -> dict[str, Specimen]:
         """The two bodies by name."""
         return {name: getattr(self, name) for name in self.body_names}
+
+    @classmethod
+    def specimen(cls, name: str) -> type[Specimen]:
+        """Return the record of a body."""
+        return cast(type[Specimen], cls.model_fields[name].annotation)
 
     @classmethod
     def body_name(cls, role: str) -> str:
@@ -257,6 +323,10 @@ class Contact(Record):
     @property
     def worn_radius(self) -> tuple[str, Quantity]:
         """What the radius that is worn flat is called, and the radius, m."""
+        raise NotImplementedError
+
+    def resized(self, radius: Quantity, /) -> Self:
+        """Return a copy of the contact with another radius in the place of ``worn_radius``, m."""
         raise NotImplementedError
 
     @property
@@ -341,13 +411,30 @@ class SlidingPin(Contact):
     progress: ClassVar[Progress] = SLIDING
     body_names: ClassVar[tuple[str, ...]] = ("pin", "disc")
     roles: ClassVar[tuple[str, ...]] = ("pin", "disc")
+    tip_role: ClassVar[str | None] = "pin"
+    test: ClassVar[str] = "run with a sliding pin"
     fitted_bodies: ClassVar[tuple[str, ...]] = ("pin",)
+    modulus_inputs: ClassVar[tuple[ModulusInput, ...]] = ("pin_modulus", "disc_modulus")
+    family_conditions: ClassVar[tuple[str, ...]] = (
+        *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
+    )
+    material_transfer: ClassVar[bool] = True
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
     track_key: ClassVar[str | None] = None
     """Key of run.toml that determines the track radius; None if the conditions state it."""
     usual_diameters: ClassVar[tuple[float, ...]] = ()
     """Diameters, mm, of the body that this key describes in most tests."""
+
+    @property
+    def tip(self) -> Tip:
+        """The end of the body that stays in contact."""
+        return self.pin
+
+    @property
+    def disc_of_track(self) -> Specimen | None:
+        """The counterbody, unless its size determines the track radius."""
+        return self.counterbody if self.track_key is None else None
 
     @property
     def counterbody(self) -> Specimen:
@@ -377,7 +464,7 @@ class SlidingPin(Contact):
     @property
     def flat_end(self) -> float:
         """Radius of the flat end of the pin before the test, m; 0 for a full sphere."""
-        flat = self.pin.radius if self.pin.shape == "flat" else self.pin.flat_radius
+        flat = self.pin.radius if self.pin.constant_area else self.pin.flat_radius
         return 0.0 if flat is None else flat.value
 
     @property
@@ -390,6 +477,10 @@ class SlidingPin(Contact):
         """Return the name of the radius that is worn flat, and the radius, m."""
         return "pin radius", self.pin.radius
 
+    def resized(self, radius: Quantity) -> Self:
+        """Return a copy of the contact with another radius of the pin, m."""
+        return self.with_bodies(self.pin.model_copy(update={"radius": radius}), self.counterbody)
+
     def refuse_wear(self, where: str, measured: Any) -> None:
         """Raise ``ValueError`` for a scar or a depth that is no less than the tip."""
         for name in ("pin_scar_diameter", "pin_scar_length", "pin_scar_width"):
@@ -397,14 +488,14 @@ class SlidingPin(Contact):
             if scar is not None:
                 self._refuse_scar(f"{where}.{name}", scar)
         depth, radius = measured.pin_wear_depth, self.pin.radius
-        if depth is not None and self.pin.shape != "flat" and depth.value >= radius.value:
+        if depth is not None and not self.pin.constant_area and depth.value >= radius.value:
             raise ValueError(
                 f"{where}.pin_wear_depth: found {depth.shown('um')}, not less than the pin radius of "
                 f"{radius.shown('um')}; expected a smaller wear depth; check both units"
             )
 
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
-        if self.pin.shape == "flat":
+        if self.pin.constant_area:
             raise ValueError(
                 f"{key}: found a scar size for a flat pin, whose contact area is constant; expected pin_wear_depth; "
                 "specify the wear depth instead"
@@ -544,6 +635,12 @@ class Ball(Specimen):
         return ball
 
 
+def refuse_ball_and_pin(contact: Any) -> None:
+    """Raise ``ValueError`` for a ball that is described together with a pin."""
+    if isinstance(contact, Mapping) and "pin" in contact:
+        raise ValueError("ball: found a ball in addition to a pin; expected only one of the two; remove the other")
+
+
 class SlidingBall(SlidingPin):
     """A sliding pin that is a ball, described by its diameter."""
 
@@ -556,9 +653,15 @@ class SlidingBall(SlidingPin):
     @model_validator(mode="before")
     @classmethod
     def _instead_of_a_pin(cls, contact: Any) -> Any:
-        if isinstance(contact, Mapping) and "pin" in contact:
-            raise ValueError("ball: found a ball in addition to a pin; expected only one of the two; remove the other")
+        refuse_ball_and_pin(contact)
         return contact
+
+    @classmethod
+    def with_a_pin(cls, contact: Mapping[str, Any]) -> dict[str, Any]:
+        """Return ``[contact]`` as it is written with the ball as a spherical pin of its diameter."""
+        refuse_ball_and_pin(contact)
+        others = {name: part for name, part in contact.items() if name != "ball"}
+        return others | {"pin": {"shape": "spherical"} | contact["ball"]}
 
     @property
     def pin(self) -> Pin:

@@ -12,7 +12,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tribopipe.base.plugins import Plugins
 from tribopipe.documents.block_on_ring import BlockOnRing
-from tribopipe.documents.contact import Contact, SlidingPin, Specimen
+from tribopipe.documents.contact import Contact, SlidingBall, SlidingPin, Specimen
 from tribopipe.documents.four_ball import FourBall
 from tribopipe.documents.pin_on_flat import BallOnDisc, PinOnDisc, Reciprocating, ReciprocatingBall
 from tribopipe.documents.twin_disc import TwinDisc
@@ -34,7 +34,11 @@ def kind_of(contact: type[Contact]) -> str:
 
 SHIPPED: dict[str, type[Contact]] = {kind_of(contact): contact for contact in _SHIPPED}
 """tribopipe's own kinds of contact by their names in run.toml."""
-WITH_BALL: dict[str, type[Contact]] = {kind_of(contact): contact for contact in (BallOnDisc, ReciprocatingBall)}
+ASSUMED: type[Contact] = PinOnDisc
+"""Kind that is assumed where nothing states one."""
+ROLES = tuple(dict.fromkeys(role for contact in _SHIPPED for role in contact.roles))
+"""Bodies of all families, as post-test measurements and results call them."""
+WITH_BALL: dict[str, type[SlidingBall]] = {kind_of(contact): contact for contact in (BallOnDisc, ReciprocatingBall)}
 """Those kinds whose pin may be a ball instead, with the ball."""
 
 
@@ -78,6 +82,21 @@ def variants(kind: str | None) -> tuple[type[Contact], ...]:
     """Return the classes of a kind that is installed: with a pin, and with a ball instead; none without a kind."""
     named = (contact_named(kind), None if kind is None else WITH_BALL.get(kind))
     return tuple(one for one in named if one is not None)
+
+
+def alternatives(kind: type[Contact]) -> dict[str, str]:
+    """Return the bodies of a kind that run.toml may describe as another one, and that other one: a ball for a pin."""
+    others = WITH_BALL.get(kind_of(kind), kind).body_names
+    return {name: other for name, other in zip(kind.body_names, others, strict=True) if name != other}
+
+
+def with_a_pin(contact: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return ``[contact]`` as it is written, with a pin in the place of a ball that replaces it.
+
+    Raises ``ValueError`` where both are described.
+    """
+    ball = WITH_BALL.get(contact.get("kind", ""))
+    return contact if ball is None or "ball" not in contact else ball.with_a_pin(contact)
 
 
 def contact_named(kind: object) -> type[Contact] | None:

@@ -10,8 +10,8 @@ from pydantic import ConfigDict, Field, create_model
 from pydantic.fields import FieldInfo
 
 from tribopipe.base.errors import ManifestError
-from tribopipe.documents.contact import Ball, Contact
-from tribopipe.documents.contact_kinds import SHIPPED
+from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact_kinds import SHIPPED, kind_of, variants, with_a_pin
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest, Sensors, SignalFile
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.toml import parse_toml, read_bytes
@@ -47,8 +47,8 @@ def _part_of(record: type[Record], without: Container[str] = (), **others: Any) 
 
 def _contact(contact: type[Contact]) -> type[Record]:
     """Make the record of a kind of contact of which only the type of tribometer needs to be stated."""
-    bodies: dict[str, Any] = {name: contact.model_fields[name].annotation for name in contact.body_names}
-    bodies |= {"ball": Ball} if "pin" in bodies else {}
+    forms = variants(kind_of(contact))
+    bodies: dict[str, Any] = {name: form.model_fields[name].annotation for form in forms for name in form.body_names}
     parts = {name: _optional(_part_of(body), body.__doc__) for name, body in bodies.items()}
     kind: Any = contact.model_fields["kind"]
     return _part_of(contact, without=bodies, kind=(kind.annotation, Field(description=kind.description)), **parts)
@@ -81,12 +81,7 @@ def read_template(path: Path) -> dict[str, Any]:
     """
     document = parse_toml(path, read_bytes(path))
     read_document(document, Template, where=str(path))
-    contact = document.get("contact", {})
-    if "ball" not in contact or "pin" not in SHIPPED[contact["kind"]].body_names:
-        return document
-    if "pin" in contact:
-        raise ManifestError(
-            f"{path}: contact.ball: found a ball in addition to a pin; expected only one of the two; remove the other"
-        )
-    others = {name: part for name, part in contact.items() if name != "ball"}
-    return document | {"contact": others | {"pin": {"shape": "spherical"} | contact["ball"]}}
+    try:
+        return document | {name: with_a_pin(part) for name, part in document.items() if name == "contact"}
+    except ValueError as error:
+        raise ManifestError(f"{path}: contact.{error}") from None

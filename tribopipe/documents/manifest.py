@@ -21,8 +21,16 @@ from pydantic import (
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
-from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact, Progress, SlidingPin, Specimen, Tip
-from tribopipe.documents.contact_kinds import AnyContact, contact_described, contact_named, contacts
+from tribopipe.documents.contact import SLIDING, Contact, Progress, SlidingPin, Specimen, Tip
+from tribopipe.documents.contact_kinds import (
+    ASSUMED,
+    ROLES,
+    SHIPPED,
+    AnyContact,
+    contact_described,
+    contact_named,
+    contacts,
+)
 from tribopipe.documents.quantity import (
     Distance,
     EndValue,
@@ -299,6 +307,10 @@ Profiles = Annotated[
 """One profile, or several at different places of a track."""
 
 
+_MAY_GAIN = tuple(f"{role}_" for kind in SHIPPED.values() if kind.material_transfer for role in kind.roles)
+"""How keys begin of bodies that may gain material from the other one."""
+
+
 class EndValues(Record):
     """Post-test measurements with a profilometer, microscope or balance."""
 
@@ -354,7 +366,7 @@ class EndValues(Record):
         # A body may gain material from the other one, by volume or mass; no scar or groove can show that.
         for name in EndValues.model_fields:
             value = getattr(self, name)
-            signed = name.endswith(("wear_volume", "mass_loss")) and name.startswith(("pin", "disc"))
+            signed = name.endswith(("wear_volume", "mass_loss")) and name.startswith(_MAY_GAIN)
             if isinstance(value, EndValue) and value.value < 0 and not signed:
                 found = value.shown({"m": "um", "m^3": "mm^3", "kg": "mg"}[value.unit])
                 raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss; remove the sign")
@@ -362,7 +374,7 @@ class EndValues(Record):
 
     @model_validator(mode="after")
     def _volume_is_given_once(self) -> Self:
-        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+        for body in ROLES:
             if getattr(self, f"{body}_profile") and getattr(self, f"{body}_wear_volume") is not None:
                 raise ValueError(
                     f"{body}_wear_volume: found a wear volume in addition to {body}_profile, from which it is "
@@ -372,7 +384,7 @@ class EndValues(Record):
 
     @model_validator(mode="after")
     def _volume_of_a_rolling_disc_is_given_once(self) -> Self:
-        for disc in ("curved_disc", "flat_disc"):
+        for disc in TwinDisc.roles:
             keys = [f"{disc}_{what}" for what in ("wear_volume", "profile", "mass_loss")]
             found = [key for key in keys if getattr(self, key)]
             if f"{disc}_mass_loss" in found and len(found) > 1:
@@ -384,7 +396,7 @@ class EndValues(Record):
 
     @model_validator(mode="after")
     def _each_profile_is_given_once(self) -> Self:
-        for body in ("pin", "disc", "curved_disc", "flat_disc"):
+        for body in ROLES:
             named: tuple[ProfileSource, ...] = getattr(self, f"{body}_profile")
             twice = next((one.file for one, count in Counter(named).items() if count > 1), None)
             if twice is not None:
@@ -562,9 +574,14 @@ class RunManifest(Record):
         return None if self.contact is None else self.contact.kind
 
     @property
+    def contact_class(self) -> type[Contact]:
+        """Class of the contact; that of a pin on a disc where run.toml does not describe the bodies."""
+        return ASSUMED if self.contact is None else type(self.contact)
+
+    @property
     def progress(self) -> Progress:
         """What wear grows along; the sliding distance where run.toml does not describe the bodies."""
-        return SLIDING if self.contact is None else self.contact.progress
+        return self.contact_class.progress
 
     @property
     def planned(self) -> float | None:
@@ -577,11 +594,6 @@ class RunManifest(Record):
         """Nominal speed by which the progress follows from time, m/s; None if it is not stated."""
         conditions = self.conditions
         return conditions.nominal_speed if self.progress is SLIDING else getattr(conditions, self.progress.speed)
-
-    @property
-    def rolls(self) -> bool:
-        """Whether two discs roll on each other, so that rotations count; a pin slides, and its distance counts."""
-        return self.contact is not None and self.contact.rolls
 
     @property
     def slip(self) -> Quantity | None:
@@ -610,7 +622,7 @@ class RunManifest(Record):
     @property
     def pin(self) -> Tip | None:
         """The pin that slides; None if there is none, or run.toml does not describe it."""
-        return self.contact.pin if isinstance(self.contact, SlidingPin) else None
+        return None if self.contact is None else self.contact.tip
 
     @property
     def bodies(self) -> dict[str, Specimen]:
@@ -631,18 +643,12 @@ class RunManifest(Record):
     @property
     def sliding_pin(self) -> SlidingPin:
         """The bodies of a run with a pin that slides. Raises ``ContactError`` for a run on another tribometer."""
-        if isinstance(contact := self.described, SlidingPin):
-            return contact
-        raise ContactError(
-            f"{self.id}: found a {contact.kind} run; expected a run with a sliding pin; specify another run"
-        )
+        return SlidingPin.of(self.described, self.id)
 
     @property
     def twin_disc(self) -> TwinDisc:
         """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
-        if isinstance(contact := self.described, TwinDisc):
-            return contact
-        raise ContactError(f"{self.id}: found a {contact.kind} run; expected a twin-disc run; specify another run")
+        return TwinDisc.of(self.described, self.id)
 
 
 def _no_contact(run_id: str) -> ContactError:
@@ -652,26 +658,21 @@ def _no_contact(run_id: str) -> ContactError:
     )
 
 
-_DISC_END_VALUES = tuple(name for name in EndValues.model_fields if name.startswith(("curved_disc", "flat_disc")))
-_PIN_END_VALUES = tuple(name for name in EndValues.model_fields if name not in _DISC_END_VALUES)
-_ALONG: Mapping[str, tuple[str, ...]] = {
-    ROTATIONS.signal: ("curved_disc_speed", "flat_disc_speed", "slip", "rotations", *_DISC_END_VALUES),
-    SLIDING.signal: (
-        *("sliding_speed", "sliding_distance", "track_radius", "rotational_speed", "stroke", "frequency"),
-        *_PIN_END_VALUES,
-    ),
-}
-"""Keys of conditions and post-test measurements that make sense along one progress alone."""
+def _family_keys(contact: type[Contact]) -> tuple[str, ...]:
+    """Return the keys of conditions and post-test measurements that make sense for the family of a contact alone."""
+    bodies = tuple(f"{role}_" for role in contact.roles)
+    return *contact.family_conditions, *(name for name in EndValues.model_fields if name.startswith(bodies))
 
 
 def foreign_keys(contact: type[Contact]) -> tuple[str, ...]:
     """Return the keys of conditions and post-test measurements that do not apply to a contact."""
-    others = {key for kind in contacts().values() for key in kind.own_conditions} - {*contact.own_conditions}
-    return (*_ALONG[(SLIDING if contact.progress is ROTATIONS else ROTATIONS).signal], *sorted(others))
+    kinds, own = contacts().values(), {*contact.own_conditions, *_family_keys(contact)}
+    families = dict.fromkeys(key for kind in kinds for key in _family_keys(kind) if key not in own)
+    return *families, *sorted({key for kind in kinds for key in kind.own_conditions} - own)
 
 
 def _own_keys(part: Conditions | EndValues, contact: Contact) -> set[str]:
-    return set(_ALONG[contact.progress.signal]) & set(type(part).model_fields)
+    return {*_family_keys(type(contact))} & {*type(part).model_fields}
 
 
 def _contact_of(document: Any) -> type[Contact] | None:

@@ -20,6 +20,7 @@ class PinOnDisc(SlidingPin):
     """The disc."""
 
     both: ClassVar[str] = "pin + disc"
+    tribodatafair: ClassVar[str | None] = "PinonDiscMachine"
     title: ClassVar[str] = "a pin on a disc"
 
 
@@ -34,6 +35,7 @@ class BallOnDisc(SlidingBall):
     """The disc."""
 
     both: ClassVar[str] = "ball + disc"
+    tribodatafair: ClassVar[str | None] = PinOnDisc.tribodatafair
     title: ClassVar[str] = "a ball on a disc"
 
 

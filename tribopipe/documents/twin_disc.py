@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
-from tribopipe.documents.contact import ROTATIONS, Contact, Progress, Specimen
+from tribopipe.documents.contact import ROTATIONS, Contact, ModulusInput, Progress, Specimen
 from tribopipe.documents.quantity import Length, Quantity
 
 DiscName = Literal["curved_disc", "flat_disc"]
@@ -22,6 +22,8 @@ class CurvedDisc(Specimen):
     width: Length | None = None
     """Width of the running surface, which limits the width of the worn flat."""
 
+    size_keys: ClassVar[tuple[str, ...] | None] = ("rolling_radius", "crown_radius")
+
 
 class FlatDisc(Specimen):
     """The disc whose running surface is flat across the direction of rolling."""
@@ -30,6 +32,8 @@ class FlatDisc(Specimen):
     """r₂z: radius along the direction of rolling."""
     width: Length | None = None
     """Width of the running surface."""
+
+    size_keys: ClassVar[tuple[str, ...] | None] = ("rolling_radius",)
 
 
 class TwinDisc(Contact):
@@ -47,7 +51,11 @@ class TwinDisc(Contact):
     roles: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
     fitted_bodies: ClassVar[tuple[str, ...]] = ("curved_disc", "flat_disc")
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "wear_volume")
-    rolls: ClassVar[bool] = True
+    test: ClassVar[str] = "twin-disc run"
+    study_word: ClassVar[str] = "twin disc"
+    modulus_inputs: ClassVar[tuple[ModulusInput, ...]] = ("curved_modulus", "flat_modulus")
+    family_conditions: ClassVar[tuple[str, ...]] = ("curved_disc_speed", "flat_disc_speed", "slip", "rotations")
+    replaced_conditions: ClassVar[Mapping[str, str]] = {"slip": "flat_disc_speed"}
     both: ClassVar[str] = "both discs"
     body_words: ClassVar[Mapping[str, str]] = {"curved_disc": "crowned disc", "flat_disc": "cylindrical disc"}
     slid: ClassVar[str] = "slip distance"
@@ -98,6 +106,10 @@ class TwinDisc(Contact):
     def worn_radius(self) -> tuple[str, Quantity]:
         """Return the name of the radius that is worn flat, and the radius, m."""
         return "crown radius", self.curved_disc.crown_radius
+
+    def resized(self, radius: Quantity) -> Self:
+        """Return a copy of the contact with another crown radius, m."""
+        return self.model_copy(update={"curved_disc": self.curved_disc.model_copy(update={"crown_radius": radius})})
 
     @property
     def alike(self) -> dict[str, object]:

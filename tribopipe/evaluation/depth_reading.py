@@ -151,7 +151,7 @@ def engine_of(pin: Tip, end: EndWear | None, recipe: Recipe) -> WearEngine:
     """
     if recipe.wear.engine is not None:
         return recipe.wear.engine
-    if pin.shape == "flat":
+    if pin.constant_area:
         return "giwm"
     if end is None or end.disc is None or pin.line:
         return "volume"

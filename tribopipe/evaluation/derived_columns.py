@@ -4,15 +4,13 @@ Axes are derived from one another. An axis that restarts, at each step or file o
 anything is derived from it.
 """
 
-import math
-
 import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
+from tribopipe.documents.contact import ROTATIONS, SLIDING
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.signals import SignalName
-from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.axis_faults import continuous, mended
 from tribopipe.results.run import Origin
 
@@ -27,10 +25,7 @@ def complete_axes(columns: Columns, origins: Origins, manifest: RunManifest) -> 
 
     Raises ``ReaderError`` where no axis was recorded, or the speed is not known by which time follows from distance.
     """
-    if isinstance(manifest.contact, TwinDisc):
-        _complete_rolling(columns, origins, manifest, manifest.contact)
-    else:
-        _complete_sliding(columns, origins, manifest)
+    _COMPLETED[manifest.progress.signal](columns, origins, manifest)
 
 
 def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
@@ -82,7 +77,7 @@ def _speed(columns: Columns, manifest: RunManifest, samples: int) -> tuple[Colum
     return None if nominal is None else np.full(samples, nominal.value), "derived from nominal speed"
 
 
-def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest, discs: TwinDisc) -> None:
+def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
     """Derive time, rotations and slip distance of two discs from one another, by nominal speed and slip.
 
     The crowned disc does v₁/(2πr₁) rotations a second and slips by 2πr₁·|slip| in each.
@@ -97,24 +92,28 @@ def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest,
         columns["rotations"] = continuous(columns["sliding_distance"]) / slipped
         origins["rotations"] = "derived from nominal slip"
     if "rotations" not in columns:
-        columns["rotations"] = continuous(columns["time"]) / _time_per_rotation(manifest, discs, "rotations")
+        columns["rotations"] = continuous(columns["time"]) / _time_per_rotation(manifest, "rotations")
         origins["rotations"] = "derived from nominal speed"
     if "time" not in columns:
-        columns["time"] = continuous(columns["rotations"]) * _time_per_rotation(manifest, discs, "time")
+        columns["time"] = continuous(columns["rotations"]) * _time_per_rotation(manifest, "time")
         origins["time"] = "derived from nominal speed"
     if "sliding_distance" not in columns:
         columns["sliding_distance"] = continuous(mended(columns["rotations"], columns.get("time")).values) * slipped
         origins["sliding_distance"] = "derived from nominal slip"
 
 
-def _time_per_rotation(manifest: RunManifest, discs: TwinDisc, lacking: str) -> float:
+_COMPLETED = {SLIDING.signal: _complete_sliding, ROTATIONS.signal: _complete_rolling}
+"""How axes are derived by what wear grows along."""
+
+
+def _time_per_rotation(manifest: RunManifest, lacking: str) -> float:
     speed = manifest.conditions.curved_disc_speed
     if speed is None:
         raise ReaderError(
             f"run.toml: conditions.curved_disc_speed: missing; expected a value, since the files contain no {lacking}; "
             'add this key, such as curved_disc_speed = "800 mm/s"'
         )
-    return 2 * math.pi * discs.curved_disc.rolling_radius.value / speed.value
+    return manifest.described.travel / speed.value
 
 
 def _integrate(rate: Column, over: Column) -> Column:

@@ -305,7 +305,7 @@ def unfit_for_study(run: RawRun, recipe: Recipe) -> str | None:
 
 def _missing(run: RawRun, recipe: Recipe) -> tuple[str, ...]:
     """Return what is missing for a k_D under Archard's law. Raises ``TribopipeError`` where its wear gives none."""
-    if run.manifest.rolls:
+    if run.manifest.contact is not None and not run.manifest.contact.sensor_tells:
         discs = measurement_problem(run, "archard", None, recipe)
         return discs if isinstance(discs, tuple) else ()
     # Two-step correction needs what a study needs, a post-test measurement, and takes a moment.
@@ -349,8 +349,7 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
     predict = [manifest.id for manifest in by_load if manifest.id not in fit]
     first = by_load[0]
     upper, lower = (body.material for body in first.bodies.values())
-    discs = first.rolls
-    words = [upper, "twin disc" if discs else "", first.conditions.medium or ""]
+    words = [upper, first.contact_class.study_word, first.conditions.medium or ""]
     name = re.sub("[^a-z0-9]+", "-", " ".join(words).lower()).strip("-")
     # A word more keeps Windows' device names away, a number other studies' names.
     name = name[:80] if name and name not in ("con", "prn", "aux", "nul") else f"study-{name}".rstrip("-")
@@ -362,7 +361,7 @@ def _draft(group: Sequence[RunManifest], taken: Collection[str]) -> Study:
         title=f"{title} in {first.conditions.medium}" if first.conditions.medium else title,
         fit=tuple(fit),
         predict=tuple(predict),
-        shared=("curved_modulus", "flat_modulus") if discs else ("pin_modulus", "disc_modulus"),
+        shared=first.contact_class.modulus_inputs,
     )
 
 

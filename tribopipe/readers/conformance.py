@@ -24,6 +24,7 @@ from pydantic import ValidationError
 
 from tribopipe.base.errors import ReaderError, UnitError
 from tribopipe.base.units import is_unit, to_si
+from tribopipe.documents.contact_kinds import ASSUMED, kind_of
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, RunManifest
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.reader import Axis, Hints, Holds, Match, ReadColumn, Reader, ReadTable
@@ -328,7 +329,7 @@ def _fact_problems(facts: Mapping[str, Any]) -> Iterator[str]:
             place = place.setdefault(step, {})
         place[last] = fact
     if "contact" in document:
-        document["contact"].setdefault("kind", "pin-on-disc")
+        document["contact"].setdefault("kind", kind_of(ASSUMED))
     try:
         RunManifest.model_validate(document)
     except ValidationError as error:

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit_of, show
+from tribopipe.documents.contact_kinds import ROLES
 from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
-from tribopipe.documents.twin_disc import DISCS
 from tribopipe.readers.column_mapping import column_in_si, find_column, read_source
 from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import (
@@ -42,7 +42,6 @@ from tribopipe.results.run import Profile, SourceFile
 
 _FEWEST = 20
 """Points by which shoulders and track can be distinguished."""
-_BODIES = ("pin", "disc", *DISCS)
 
 
 @dataclass
@@ -111,7 +110,7 @@ def _named(manifest: RunManifest) -> Iterator[tuple[str, tuple[ProfileSource, ..
         (f"interruptions[{number}]", stop) for number, stop in enumerate(manifest.interruptions)
     ]
     for where, values in [("end_values", manifest.end_values), *stops]:
-        for body in _BODIES:
+        for body in ROLES:
             files: tuple[ProfileSource, ...] = getattr(values, f"{body}_profile")
             if files:
                 yield f"{where}.{body}_profile", files

@@ -7,7 +7,7 @@ from typing import Any
 
 from tribopipe.base.files import write_file
 from tribopipe.documents.contact import Contact
-from tribopipe.documents.contact_kinds import SHIPPED
+from tribopipe.documents.contact_kinds import SHIPPED, WITH_BALL, alternatives
 from tribopipe.documents.dataset import Dataset
 from tribopipe.documents.lab_template import Template
 from tribopipe.documents.manifest import RunManifest, foreign_keys
@@ -70,9 +70,9 @@ def _in_names_of_contacts(title: str, properties: Mapping[str, Any]) -> dict[str
     named: dict[str, Any] = {}
     for name in properties:
         part = {"$ref": f"#/$defs/{title}/properties/{name}"}
-        own = [kind.worded(name) for kind in SHIPPED.values() if name not in foreign_keys(kind)]
-        ball = [f"ball{name.removeprefix('pin')}"] if name.startswith("pin_") else []
-        named |= {one: part for one in (*own, *ball) if one not in properties}
+        kinds = (*SHIPPED.values(), *WITH_BALL.values())
+        own = [kind.worded(name) for kind in kinds if name not in foreign_keys(kind)]
+        named |= {one: part for one in own if one not in properties}
     return named
 
 
@@ -82,10 +82,11 @@ def _leave_out(definitions: Mapping[str, Any], kind: type[Contact]) -> None:
     if part is None:
         return
     required = [name for name in part["required"] if name not in kind.like]
-    if "pin" in required:
-        part["properties"]["ball"] = {"$ref": "#/$defs/Ball", "description": "Ball, instead of pin."}
-        part["anyOf"] = [{"required": ["pin"]}, {"required": ["ball"]}]
-        required.remove("pin")
+    for name, other in alternatives(kind).items():
+        about = f"{other.capitalize()}, instead of {name}."
+        part["properties"][other] = {"$ref": f"#/$defs/{other.capitalize()}", "description": about}
+        part["anyOf"] = [{"required": [name]}, {"required": [other]}]
+        required.remove(name)
     part["required"] = required
 
 

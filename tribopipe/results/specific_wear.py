@@ -7,7 +7,7 @@ import re
 from typing import Literal
 
 from tribopipe.base.units import SPECIFIC_WEAR_RATE
-from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.contact_kinds import ROLES, spoken
 from tribopipe.documents.quantity import CubicMetres, Metres, Newtons, Quantity, SquareMetresPerNewton
 from tribopipe.documents.record import Record
 
@@ -119,7 +119,7 @@ class SpecificWear(Record):
     @property
     def bodies(self) -> dict[str, BodyWearRate]:
         """What is known of each body, by its name."""
-        found = {name: getattr(self, name) for name in ("pin", "disc", "curved_disc", "flat_disc")}
+        found = {name: getattr(self, name) for name in ROLES}
         return {name: body for name, body in found.items() if body is not None}
 
     def __str__(self) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tribopipe.documents.contact import Contact
+from tribopipe.documents.contact import Contact, Tip
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Correction, LawName
@@ -120,19 +120,19 @@ class Evidence:
         return [one.contact for one in self.manifests if one.contact is not None]
 
     @cached_property
-    def tips(self) -> set[str]:
-        """Shapes of the pins."""
-        return {one.pin.shape for one in self.manifests if one.pin is not None}
+    def tips(self) -> list[Tip]:
+        """Tips of the pins."""
+        return [one.pin for one in self.manifests if one.pin is not None]
 
     @property
     def rounded(self) -> bool:
         """Whether the contact of any pin widens with wear."""
-        return any(one.pin is not None and one.pin.widens for one in self.manifests)
+        return any(tip.widens for tip in self.tips)
 
     @cached_property
-    def shapes(self) -> set[str]:
-        """Shapes of the pins whose wear was computed under uniform pressure."""
-        return self.tips if any(one.engine == "giwm" for one in self.pins) else set()
+    def uniform(self) -> list[Tip]:
+        """Tips of the pins if wear was computed under uniform pressure."""
+        return self.tips if any(one.engine == "giwm" for one in self.pins) else []
 
     @cached_property
     def corrections(self) -> set[Correction]:
@@ -491,12 +491,12 @@ _METHODS: tuple[tuple[Callable[[Evidence], object], Method], ...] = (
     (_wears_by("archard"), _ARCHARD),
     (_wears_by("sarkar"), _SARKAR),
     (lambda told: any(one.engine == "giwm" for one in told.pins), _PIN),
-    (lambda told: told.shapes & {"spherical", "truncated-sphere"}, _SPHERE),
-    (lambda told: "truncated-sphere" in told.shapes, _TRUNCATED),
-    (lambda told: "flat" in told.shapes, _FLAT),
+    (lambda told: any(tip.widens for tip in told.uniform), _SPHERE),
+    (lambda told: any(tip.flat for tip in told.uniform), _TRUNCATED),
+    (lambda told: any(tip.constant_area for tip in told.uniform), _FLAT),
     (lambda told: any(one.contacts_per_turn > 1 for one in told.contacts), _FOUR_BALLS),
     (lambda told: any(one.engine == "volume" for one in told.pins) and told.rounded, _BY_VOLUME),
-    (lambda told: "block" in told.tips, _BLOCK),
+    (lambda told: any(tip.line for tip in told.tips), _BLOCK),
     (lambda told: any(len(one.bodies) > 1 for one in told.pins), _BOTH_WEAR),
     (_is_local, _LOCAL),
     (lambda told: told.discs, _DISCS),

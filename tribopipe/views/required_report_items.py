@@ -11,19 +11,16 @@ import numpy as np
 
 from tribopipe.archive.store import Archive
 from tribopipe.base.units import KINDS, show, show_force
-from tribopipe.documents.contact import Pin, Specimen
+from tribopipe.documents.contact import ROTATIONS, SLIDING, Specimen
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.documents.twin_disc import CurvedDisc, FlatDisc
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 from tribopipe.results.specific_wear import BodyWearRate, SpecificWear, measured_quantity
 from tribopipe.views.page import duration, shown
 
-_BODIES = ("pin", "disc")
-"""Bodies to report if run.toml does not describe any."""
 _ASKED = {
     "material": "material",
     "form": "form and size",
@@ -31,15 +28,7 @@ _ASKED = {
     "vickers_hardness": "hardness",
 }
 """Items to report for each body."""
-_FORM_KEYS = {
-    "pin": "radius",
-    "disc": "diameter",
-    "curved_disc": "crown_radius",
-    "flat_disc": "rolling_radius",
-}
-"""Keys of the size of each body."""
 _REPEAT = ("repeat the test, and list all replicates in", "of study.toml")
-_RADII = {"rolling_radius": "rolling radius", "crown_radius": "crown radius"}
 
 
 @dataclass(frozen=True)
@@ -68,7 +57,7 @@ def reporting_items(archive: Archive, run_id: str, replicates: str | None = None
     run = archive.cleaned(run_id)
     return [
         *_bodies(run.manifest),
-        *(_rolling(run) if run.manifest.rolls else _sliding(run)),
+        *_MOTION[run.manifest.progress.signal](run),
         ReportingItem("test", "duration", _duration(run), "signals.columns.time"),
         *_surroundings(run),
         *_scar(run.manifest),
@@ -80,10 +69,10 @@ def reporting_items(archive: Archive, run_id: str, replicates: str | None = None
 
 
 def _bodies(manifest: RunManifest) -> Iterator[ReportingItem]:
-    for name in manifest.bodies or _BODIES:
-        told = _told(manifest.bodies.get(name))
+    for name in manifest.contact_class.body_names:
+        told, size = _told(manifest.bodies.get(name)), manifest.contact_class.specimen(name).sizes()
         for key, label in _ASKED.items():
-            place = _FORM_KEYS.get(name, key) if key == "form" else key
+            place = (size or ("diameter",))[-1] if key == "form" else key
             yield ReportingItem(spoken(name), label, told.get(key), f"contact.{name}.{place}")
 
 
@@ -101,14 +90,9 @@ def _told(body: Specimen | None) -> dict[str, str | None]:
 
 def _form(body: Specimen) -> str | None:
     size = None if body.diameter is None else f"diameter {body.diameter.shown('mm')}"
-    if isinstance(body, Pin):
-        own = [f"{body.shape}, radius {body.radius.shown('mm')}"]
-    elif isinstance(body, CurvedDisc | FlatDisc):
-        own = [f"{label} {getattr(body, key).shown('mm')}" for key, label in _RADII.items() if hasattr(body, key)]
-    else:
-        sizes = {key: getattr(body, key) for key in type(body).model_fields if key not in Specimen.model_fields}
-        own = [f"{spoken(key)} {value.shown('mm')}" for key, value in sizes.items() if isinstance(value, Quantity)]
-    return ", ".join([*own, *([size] if size else [])]) or None
+    sizes = {key: getattr(body, key) for key in body.sizes()}
+    own = [f"{spoken(key)} {value.shown('mm')}" for key, value in sizes.items() if isinstance(value, Quantity)]
+    return ", ".join(filter(None, [getattr(body, "shape", None), *own, size])) or None
 
 
 def _sliding(run: RawRun) -> Iterator[ReportingItem]:
@@ -138,6 +122,10 @@ def _rolling(run: RawRun) -> Iterator[ReportingItem]:
     yield ReportingItem("test", "slip distance", _last(run, "sliding_distance"), "conditions.curved_disc_speed")
 
 
+_MOTION = {SLIDING.signal: _sliding, ROTATIONS.signal: _rolling}
+"""Items on load and motion by what wear grows along."""
+
+
 def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
     conditions = run.manifest.conditions
     temperature = shown(conditions.temperature, "degC") or _mean(run, "temperature")
@@ -150,18 +138,17 @@ def _surroundings(run: RawRun) -> Iterator[ReportingItem]:
 def _scar(manifest: RunManifest) -> Iterator[ReportingItem]:
     """Yield the scar on a round pin, the result of a four-ball test (ASTM D4172, section 4)."""
     pin = manifest.pin
-    if pin is None or pin.shape == "flat":
+    if pin is None or pin.constant_area:
         return
-    label, key = ("width", "pin_scar_length") if pin.line else ("mean diameter", "pin_scar_diameter")
+    label = "width" if pin.line else "mean diameter"
+    name, key = f"{label} of the scar on the pin", f"end_values.{pin.usual_measurement}"
     scar = shown(manifest.end_values.mean_pin_scar, "mm")
-    yield ReportingItem(
-        "result", manifest.worded(f"{label} of the scar on the pin"), scar, manifest.worded(f"end_values.{key}")
-    )
+    yield ReportingItem("result", manifest.worded(name), scar, manifest.worded(key))
 
 
 def _volumes(manifest: RunManifest, worn: SpecificWear | None) -> Iterator[ReportingItem]:
     found = {} if worn is None else worn.bodies
-    for role in _BODIES if manifest.contact is None else manifest.contact.roles:
+    for role in manifest.contact_class.roles:
         volume, key = _volume(manifest, found.get(role)), _volume_key(manifest, role)
         yield ReportingItem("result", manifest.worded(f"wear volume of the {spoken(role)}"), volume, key)
 
@@ -178,16 +165,14 @@ def _volume(manifest: RunManifest, worn: BodyWearRate | None) -> str | None:
 
 def _volume_key(manifest: RunManifest, name: str) -> str:
     """Name what is missing for a volume: the track's length if its cross-section was measured, else a measurement."""
-    ended, conditions = manifest.end_values, manifest.conditions
+    ended, conditions, contact = manifest.end_values, manifest.conditions, manifest.contact_class
     across = (ended.disc_profile, ended.disc_wear_depth, ended.disc_track_width, ended.disc_track_area)
-    track = name == "disc" and any(across)
-    if track and conditions.track_radius is None and conditions.stroke is None:
+    if name == contact.roles[1] and any(across) and conditions.track_radius is None and conditions.stroke is None:
         return "conditions.track_radius"
-    if name != "pin":
+    if name != contact.tip_role:
         return manifest.worded(f"end_values.{name}_wear_volume")
-    pin = manifest.pin
-    measured = {"flat": "pin_wear_depth", "block": "pin_scar_length"}.get(pin.shape if pin else "")
-    return manifest.worded(f"end_values.{measured or 'pin_scar_diameter'}")
+    measured = "pin_scar_diameter" if manifest.pin is None else manifest.pin.usual_measurement
+    return manifest.worded(f"end_values.{measured}")
 
 
 def _friction(fit: FrictionFit | None) -> Iterator[ReportingItem]:

@@ -294,12 +294,12 @@ def results_table(run: RunOutline) -> TextTable:
 
 def measured_widths(manifest: RunManifest) -> Iterator[tuple[str, str, Quantity]]:
     """Yield what was measured across scar and track, with its label and the role of its body."""
-    ends, pin = manifest.end_values, manifest.pin
+    ends, pin, (of_scar, of_track) = manifest.end_values, manifest.pin, manifest.contact_class.roles
     scar = ends.mean_pin_scar
     if pin is not None and scar is not None:
-        yield "scar width" if pin.line else "scar diameter", "pin", scar
+        yield "scar width" if pin.line else "scar diameter", of_scar, scar
     if ends.disc_track_width is not None:
-        yield "track width", "disc", ends.disc_track_width
+        yield "track width", of_track, ends.disc_track_width
 
 
 def _fit_findings(run: RunOutline) -> tuple[Finding, ...]:

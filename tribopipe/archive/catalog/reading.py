@@ -14,7 +14,6 @@ from tribopipe.archive.runfile import read_annotations, read_findings, read_mani
 from tribopipe.archive.step_names import PREDICTIONS, STEPS, WEAR_FITS, StepName, steps_among
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, tags_after
-from tribopipe.documents.contact import Pin
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
@@ -130,12 +129,12 @@ def _stated(held: _Held) -> dict[str, object]:
 
 def _bodies(manifest: RunManifest) -> dict[str, object]:
     bodies = {} if manifest.contact is None else manifest.contact.in_roles
-    pin, curved = bodies.get("pin"), bodies.get("curved_disc")
+    first = next(iter(bodies.values()), None)
     return {
         "material": list(dict.fromkeys(body.material for body in bodies.values())),
         **{f"{name}_material": body.material for name, body in bodies.items()},
-        "shape": pin.shape if isinstance(pin, Pin) else None,
-        "radius": getattr(pin, "radius", None) or getattr(curved, "crown_radius", None),
+        "shape": getattr(first, "shape", None),
+        "radius": getattr(first, "radius", None) or getattr(first, "crown_radius", None),
     }
 
 

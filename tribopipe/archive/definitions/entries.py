@@ -24,8 +24,8 @@ from tribopipe.archive.definitions.parts import (
 from tribopipe.archive.formats import RUN_FORMAT, STUDY, STUDY_FORMAT, run_name
 from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
 from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
-from tribopipe.documents.contact import SLIDING, Specimen
-from tribopipe.documents.contact_kinds import contacts, variants
+from tribopipe.documents.contact import ROTATIONS, Contact, Specimen
+from tribopipe.documents.contact_kinds import ASSUMED, contacts, variants
 from tribopipe.documents.manifest import Conditions, EndValues, foreign_keys
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SENSED, SIGNALS
@@ -53,9 +53,14 @@ def as_ingested(tribometer: str | None) -> Iterator[Part]:
     yield _profiles()
 
 
+def contact_class(tribometer: str | None) -> type[Contact]:
+    """Return the class of a kind of contact; that of a pin on a disc without a contact."""
+    return ASSUMED if tribometer is None else contacts()[tribometer]
+
+
 def axis_of(tribometer: str | None) -> str:
     """Name the signal that curves are drawn against."""
-    return (SLIDING if tribometer is None else contacts()[tribometer].progress).signal
+    return contact_class(tribometer).progress.signal
 
 
 def signals(*attributes: str, needed: str = "") -> Iterator[FieldPart]:
@@ -188,8 +193,7 @@ def _law(name: StepName) -> str | None:
 
 
 def _step(name: StepName, tribometer: str | None) -> GroupPart:
-    records, law = STEPS[name].records, _law(name)
-    record = records[-1] if tribometer == "twin-disc" else records[0]
+    (record,), law = STEPS[name].records, _law(name)
     hashes = (text("inputs_sha256", "Hash of all inputs."), text("result_sha256", "Hash of the result."))
     members = (
         FieldPart("sequence_index", "Position in the sequence of steps, from 1.", "NX_POSINT", required=True),
@@ -220,7 +224,7 @@ def _body_of(field: str) -> str | None:
 
 def _curves(name: StepName, tribometer: str | None) -> Iterator[GroupPart]:
     if LOCAL_WEAR.law_of(name) is not None:
-        yield from _local_wear(discs=tribometer == "twin-disc")
+        yield from _local_wear(tribometer)
     elif name == "clean_up":
         yield GroupPart("data", "NXdata", "Signals changed in preprocessing.", tuple(signals()))
     elif drawn := _drawn(name, tribometer):
@@ -231,17 +235,17 @@ def _curves(name: StepName, tribometer: str | None) -> Iterator[GroupPart]:
 
 def _drawn(name: StepName, tribometer: str | None) -> dict[str, str]:
     """Return the curves of a step by their names with their SI unit."""
-    discs = tribometer == "twin-disc"
+    tip = contact_class(tribometer).tip_role
     if _law(name) is not None:
-        return banded(OUTCOMES) if discs else banded({"wear_depth": "m"})
+        return banded({"wear_depth": "m"}) if tip else banded(OUTCOMES)
     if name == "drift_correction":
-        return {"wear_depth": "m", "wander": "m"} | ({} if discs else {"pin_wear_depth": "m"})
+        return {"wear_depth": "m", "wander": "m"} | ({f"{tip}_wear_depth": "m"} if tip else {})
     return {"friction_coefficient": "1"} if name == "friction_fit" else {}
 
 
-def _local_wear(*, discs: bool) -> Iterator[GroupPart]:
+def _local_wear(tribometer: str | None) -> Iterator[GroupPart]:
     places = tuple(columns({name: "m" for axes in PLACES.values() for name in axes}, required=False))
-    for table, units in local_wear_units(discs).items():
+    for table, units in local_wear_units(contact_class(tribometer).progress is ROTATIONS).items():
         members = tuple(columns(units))
         yield GroupPart(table, "NXdata", _TABLES[table], members if table == "course" else (*members, *places))
 
@@ -275,7 +279,8 @@ def _what(tribometer: str | None) -> str:
 
 
 def _wear_plot(tribometer: str | None) -> GroupPart:
-    corrected = {"wear_depth" if tribometer == "twin-disc" else "pin_wear_depth": "um"}
+    tip = contact_class(tribometer).tip_role
+    corrected = {f"{tip}_wear_depth" if tip else "wear_depth": "um"}
     curves = columns(corrected | banded(dict.fromkeys(LAWS, "um")), required=False)
     members: tuple[Part, ...] = (text("title", "Title of the plot."), *curves, drawn_against(axis_of(tribometer)))
     return GroupPart("wear", "NXdata", "Corrected wear and the fitted laws, for viewers.", members)

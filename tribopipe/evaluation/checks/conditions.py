@@ -203,7 +203,8 @@ def stated_speeds_differ(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def track_beyond_disc(run: RawRun) -> Iterator[Trouble]:
     """Find a track outside the disc that it is on, as where its diameter is given as its radius."""
-    radius, disc = run.manifest.conditions.track_radius, run.manifest.bodies.get("disc")
+    radius, contact = run.manifest.conditions.track_radius, run.manifest.contact
+    disc = None if contact is None else contact.disc_of_track
     diameter = None if disc is None else disc.diameter
     if radius is not None and diameter is not None and 2 * radius.value > diameter.value:
         yield Trouble(

@@ -269,7 +269,7 @@ def worn_before(run: RawRun) -> Iterator[Trouble]:
     A pin described with the flat that it has by then is none of these.
     """
     contact = run.manifest.contact
-    if contact is None or not run.earlier_steps or getattr(contact.bodies.get("pin"), "flat_radius", None) is not None:
+    if contact is None or not run.earlier_steps or (contact.tip is not None and contact.tip.flat_radius is not None):
         return
     first, last = run.earlier_steps[0], run.earlier_steps[-1]
     earlier = f"{first}" if first == last else f"{first} to {last}"

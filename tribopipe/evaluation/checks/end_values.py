@@ -2,10 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from itertools import combinations
-from typing import Literal
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
@@ -14,12 +13,13 @@ from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.registry import Trouble, check
+from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
-from tribopipe.evaluation.measurements.twin_disc import disc_totals
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, contradictions, surest
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
+from tribopipe.evaluation.measurements.worn_pair import contradictions, surest
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun
 
@@ -101,11 +101,12 @@ def _pin_volume(end: EndValues, contact: SlidingPin) -> Quantity | None:
 def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
     """Find tracks wider than the pin, or than the circle they lie on."""
     width, pin, circle = end.disc_track_width, manifest.sliding_pin.pin, manifest.conditions.track_radius
-    for name, radius in (("pin", pin.radius if pin.widens else None), ("circular wear track", circle)):
+    tip = pin.radius if pin.widens else None
+    for size, radius in (("diameter of the pin", tip), ("diameter of the circular wear track", circle)):
         if width is not None and radius is not None and width.value >= 2 * radius.value:
             yield Trouble(
                 f"{where}.disc_track_width",
-                f"found {width.shown('um')}, not less than the diameter of the {name} "
+                f"found {width.shown('um')}, not less than the {size} "
                 f"({show(2 * radius.value, None, 'm', 'mm')}); expected a narrower track",
                 "check both units",
             )
@@ -164,40 +165,33 @@ def _no_wear(where: str, error: FitError) -> Trouble:
 def measurements_disagree(run: RawRun) -> Iterator[Trouble]:
     """Compare what several post-test measurements state about one wear depth or volume."""
     if run.manifest.contact is not None:
-        yield from _disc_end_values_agree(run) if run.manifest.rolls else _pin_end_values_agree(run)
+        totals = measurements_of(run.manifest.contact).totals
+        yield from _bodies_contradict(run) if totals is None else _totals_contradict(run, totals)
 
 
-def _pin_end_values_agree(run: RawRun) -> Iterator[Trouble]:
+def _bodies_contradict(run: RawRun) -> Iterator[Trouble]:
     """Compare what was measured on the pin, and on the disc, with each other, each as the depth or volume it means."""
     try:
         worn = pin_on_disc_wear(run, DefaultUncertainty())
     except FitError:
         return
-    yield from _contradicting("pin", worn.bodies["pin"], "depth", "um")
-    yield from _contradicting("disc", worn.bodies["disc"], "depth", "um")
-    yield from _contradicting("disc", worn.bodies["disc"], "volume", "mm^3")
-
-
-def _contradicting(
-    body: Literal["pin", "disc"], ways: tuple[BodyWear, ...], what: Literal["depth", "volume"], unit: str
-) -> Iterator[Trouble]:
-    """Name post-test measurements that contradict each other, and the one that is used."""
-    used = surest(ways, what)
-    for found in contradictions(body, ways, what):
-        first, second = (getattr(way, what).shown(unit) for way in (found.one, found.other))
+    for found in contradictions(worn):
+        best = surest(worn.bodies[found.body], found.what)
+        used = "" if best is None else best.name
+        unit = "um" if found.what == "depth" else "mm^3"
+        first, second = (getattr(way, found.what).shown(unit) for way in (found.one, found.other))
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
         yield Trouble(
             "end_values",
-            f"found two values for the wear {what} of the {body}: {first} from {found.one.name} and {second} from "
-            f"{found.other.name}{apart}; expected agreement; {'' if used is None else used.name} is used, not "
-            "their mean",
+            f"found two values for the wear {found.what} of the {found.body}: {first} from {found.one.name} and {second} "
+            f"from {found.other.name}{apart}; expected agreement; {used} is used, not their mean",
             "repeat the measurement, or check both units",
         )
 
 
-def _disc_end_values_agree(run: RawRun) -> Iterator[Trouble]:
+def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> Iterator[Trouble]:
     """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
-    for (one, first), (other, second) in combinations(_disc_depths(run).items(), 2):
+    for (one, first), (other, second) in combinations(_total_depths(run, totals).items(), 2):
         gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
@@ -213,9 +207,9 @@ def _spread(quantity: Quantity) -> float:
     return quantity.standard_uncertainty or 0.0
 
 
-def _disc_depths(run: RawRun) -> dict[str, Quantity]:
+def _total_depths(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> dict[str, Quantity]:
     """Return h₁ + h₂, m, by each kind of post-test measurement; a disc without any counts as unworn."""
     try:
-        return {" and ".join(f"the {name}" for name in one.names): one.total for one in disc_totals(run, Recipe())}
+        return {" and ".join(f"the {name}" for name in one.names): one.total for one in totals(run, Recipe())}
     except (ContactError, FitError):
         return {}

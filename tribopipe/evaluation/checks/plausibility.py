@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_on_disc import pin_wear, track_wear
 from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
@@ -146,7 +146,7 @@ def radius_or_diameter(run: RawRun) -> Iterator[Trouble]:
     if run.manifest.sliding_pin.usual_diameters:
         trouble = _twice_or_half_the_usual(run.manifest.sliding_pin)
     else:
-        trouble = _flat_wider_than_the_pin(pin) if pin.shape == "flat" else _diameter_unless_radius(pin)
+        trouble = _flat_wider_than_the_pin(pin) if pin.constant_area else _diameter_unless_radius(pin)
     if trouble is not None:
         yield trouble
 
@@ -186,8 +186,8 @@ def radius_unchecked(run: RawRun) -> Iterator[Trouble]:
     pin = run.manifest.pin
     if pin is None or pin.line or pin.diameter is not None:
         return
-    what = "an end face" if pin.shape == "flat" else "a ball"
-    if _diameter_unless_radius(pin) is None or pin.shape == "flat":
+    what = "an end face" if pin.constant_area else "a ball"
+    if _diameter_unless_radius(pin) is None or pin.constant_area:
         yield Trouble(
             "contact.pin.radius",
             f"found a radius of {pin.radius.shown('mm')} ({what} {show(2 * pin.radius.value, None, 'm', 'mm')} in "
@@ -369,7 +369,7 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     with suppress(ContactError, FitError):
         for role, body in cleaned.wear.bodies.items():
             where = f"end_values of the {spoken(contact.body_name(role))}"
-            if role == "pin" and body.depth is not None:
+            if role == contact.tip_role and body.depth is not None:
                 yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
             if body.specific_wear_rate is not None:
                 yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
@@ -398,9 +398,10 @@ def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Tro
     """Find a flat pin worn by more than its radius, and a block with a scar wider than the radius of its ring."""
     tip = PinTip.of(contact.pin)
     name, radius = contact.worn_radius
-    size = depth.value if tip.shape == "flat" else 2 * float(tip.scar_radius(min(depth.value, tip.radius), tip.radius))
+    flat = contact.pin.constant_area
+    size = depth.value if flat else 2 * float(tip.scar_radius(min(depth.value, tip.radius), tip.radius))
     if not tip.widens and size > radius.value:
-        what = "a wear depth" if tip.shape == "flat" else "a scar width"
+        what = "a wear depth" if flat else "a scar width"
         yield Trouble(
             where,
             f"found {what} of {show(size, None, 'm', 'mm')}; expected less than the {name} of {radius.shown('mm')}",
@@ -426,7 +427,7 @@ def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trou
 def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
     pin, end = run.manifest.pin, run.manifest.end_values
-    if pin is None or pin.shape == "flat":
+    if pin is None or pin.constant_area:
         return
     start = _start_width(run)
     for name, scar in _scars(run):
@@ -477,7 +478,7 @@ def profile_width(run: RawRun) -> Iterator[Trouble]:
 def _pin_depth(run: RawRun) -> float | None:
     """Return the wear depth of the pin, m, by what was measured on it; None without a measurement."""
     with suppress(ContactError, FitError):
-        way = surest(pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"], "depth")
+        way = surest(pin_wear(run, DefaultUncertainty()), "depth")
         return None if way is None or way.depth is None else max(way.depth.value, 0.0)
     return None
 
@@ -489,7 +490,7 @@ def scar_not_round(run: RawRun) -> Iterator[Trouble]:
     if scar is None:
         return
     try:
-        used = surest(pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"], "volume")
+        used = surest(pin_wear(run, DefaultUncertainty()), "volume")
     except (ContactError, FitError):
         return
     if used is None or used.name != "pin_scar_diameter" or used.pair is None:
@@ -630,7 +631,7 @@ def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
 def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
     """Find a groove that the unworn pin would touch over more than the scar is wide."""
     try:
-        ways = pin_on_disc_wear(run, DefaultUncertainty()).bodies["disc"]
+        ways = track_wear(run, DefaultUncertainty())
     except FitError:
         return
     groove = surest([way for way in ways if way.name not in WIDTHS], "depth")

@@ -623,12 +623,12 @@ def _misread_size(run: RawRun, rise: float) -> str:
     """Name a scar given by its radius, or a ball by its diameter, where the other one would make the depths agree."""
     pin, end = run.manifest.pin, run.manifest.end_values
     scar = end.pin_scar_diameter
-    if scar is None or pin is None or pin.shape == "flat":
+    if scar is None or pin is None or pin.constant_area:
         return ""
     contact = run.manifest.sliding_pin
     twice = scar.model_copy(update={"value": 2 * scar.value})
     halved = pin.radius.model_copy(update={"value": pin.radius.value / 2})
-    resized = contact.with_bodies(pin.model_copy(update={"radius": halved}), contact.counterbody)
+    resized = contact.resized(halved)
     size = next(iter(contact.inputs))
     twice_as_large = "a diameter" if size.endswith("radius") else "twice the diameter"
     others: dict[str, dict[str, object]] = {

@@ -1,6 +1,6 @@
 """Evaluation of post-test measurements for each kind of contact."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from tribopipe.documents.contact import Contact, SlidingPin
@@ -9,7 +9,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
-from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, twin_disc_wear
+from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, disc_totals, twin_disc_wear
 from tribopipe.evaluation.measurements.worn_pair import WornBodies
 from tribopipe.results.run import RawRun
 
@@ -21,6 +21,8 @@ class Measurements(NamedTuple):
     """Depth and volume of each body at an interruption, or at the end, by the depth of an unmeasured pin, m."""
     at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
     """The wear at the end as a displacement sensor has seen it; None if it is unknown."""
+    totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]] | None
+    """Wear depth of both bodies together by each kind of measurement, where one shape that both share determines it."""
     needed: str
     """Measurement required for that."""
 
@@ -34,11 +36,13 @@ _FAMILIES: dict[type[Contact], Measurements] = {
     SlidingPin: Measurements(
         pin_on_disc_wear,
         lambda run, recipe: end_wear(run, recipe.uncertainty),
+        None,
         "a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",
     ),
     TwinDisc: Measurements(
         lambda run, defaults, interruption, _: twin_disc_wear(run, defaults, interruption),
         disc_end_wear,
+        disc_totals,
         "a post-test measurement of the crowned disc (wear depth, track width or wear volume)",
     ),
 }

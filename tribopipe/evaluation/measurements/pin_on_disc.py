@@ -144,6 +144,16 @@ def pin_on_disc_wear(
     return WornBodies({"pin": pins, "disc": found.disc}, notes)
 
 
+def pin_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[BodyWear, ...]:
+    """Return the wear of the pin at the end of a run by each post-test measurement."""
+    return pin_on_disc_wear(run, defaults).bodies["pin"]
+
+
+def track_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[BodyWear, ...]:
+    """Return the wear of the track at the end of a run by each post-test measurement."""
+    return pin_on_disc_wear(run, defaults).bodies["disc"]
+
+
 _NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")
 """Disc without a measurement: the wear of the pin is that on a track that does not wear."""
 

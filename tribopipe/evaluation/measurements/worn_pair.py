@@ -263,7 +263,7 @@ class _Solver:
 
 _TOO_FAR = 3.0
 """Standard uncertainties."""
-_WEAR: dict[tuple[str, str], Wear] = {
+_WEAR: dict[tuple[str, Literal["depth", "volume"]], Wear] = {
     ("pin", "depth"): "pin_depth",
     ("disc", "depth"): "disc_depth",
     ("disc", "volume"): "disc_volume",
@@ -311,6 +311,7 @@ def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWe
 class Contradiction(NamedTuple):
     """Two post-test measurements that give different wear of one body."""
 
+    body: str
     what: Literal["depth", "volume"]
     one: BodyWear
     other: BodyWear
@@ -318,24 +319,24 @@ class Contradiction(NamedTuple):
     """Difference over its standard uncertainty."""
 
 
-def contradictions(
-    body: Literal["pin", "disc"], ways: Iterable[BodyWear], what: Literal["depth", "volume"]
-) -> Iterator[Contradiction]:
+def contradictions(worn: WornBodies) -> Iterator[Contradiction]:
     """Yield each two ways whose depths, or volumes, differ by more than three standard uncertainties of the difference.
 
     What both depend on, such as the radius of the tip, counts once.
     """
-    for one, other in combinations((way for way in ways if getattr(way, what) is not None), 2):
-        gap = _gap(body, one, other, what)
-        spread = gap.standard_uncertainty or 0.0
-        least = _ROUNDING * abs(getattr(one, what).value)
-        if abs(gap.value) > max(_TOO_FAR * spread, least):
-            yield Contradiction(what, one, other, abs(gap.value) / spread if spread else math.inf)
+    for (body, what), wear in _WEAR.items():
+        ways = (way for way in worn.bodies[body] if getattr(way, what) is not None)
+        for one, other in combinations(ways, 2):
+            gap = _gap(one, other, what, wear)
+            spread = gap.standard_uncertainty or 0.0
+            least = _ROUNDING * abs(getattr(one, what).value)
+            if abs(gap.value) > max(_TOO_FAR * spread, least):
+                yield Contradiction(body, what, one, other, abs(gap.value) / spread if spread else math.inf)
 
 
-def _gap(body: Literal["pin", "disc"], one: BodyWear, other: BodyWear, what: Literal["depth", "volume"]) -> Quantity:
+def _gap(one: BodyWear, other: BodyWear, what: Literal["depth", "volume"], wear: Wear) -> Quantity:
     if one.pair is not None and other.pair is not None:
-        return difference(one.pair, other.pair, _WEAR[body, what])
+        return difference(one.pair, other.pair, wear)
     first, second = getattr(one, what), getattr(other, what)
     spread = math.hypot(first.standard_uncertainty or 0.0, second.standard_uncertainty or 0.0)
     return Quantity(value=first.value - second.value, unit=first.unit, standard_uncertainty=spread)

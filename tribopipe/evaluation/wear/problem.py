@@ -375,8 +375,8 @@ class WearProblem:
 
     @property
     def _power(self) -> float:
-        """Depth grows about as √s on a sphere, truncated or not, as s^⅔ on a block and as s on a flat pin."""
-        return {"flat": 1.0, "block": 2 / 3}.get(self.contact.pin.shape, 0.5)
+        """Exponent n of depth ∝ sⁿ."""
+        return self.contact.pin.depth_exponent
 
     @property
     def _to_come(self) -> Column:

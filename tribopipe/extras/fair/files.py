@@ -19,7 +19,6 @@ from markupsafe import Markup
 from tribopipe.archive.earlier_manifests import EarlierManifest
 from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Step, StepName, Table
 from tribopipe.archive.store import Archive
-from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.record import Record
 from tribopipe.physics.laws import law_title
 from tribopipe.results.json_schema import SCHEMAS
@@ -107,8 +106,7 @@ def study_parts(archive: Archive, study_id: str) -> Iterator[Part]:
         unit = {"rotations": "1"} if "rotations" in columns else {}
         other = "m^3" if "rotations" in columns else "m"
         heads = [f"{name} [{unit.get(name, other)}]" for name in columns]
-        disc = f", {spoken(curve.disc)}" if hasattr(curve, "disc") else ""
-        meaning = f"{curve.run_id}{disc}: measured wear with {law_title(curve.model)}, {curve.role}"
+        meaning = f"{curve.run_id}: measured wear with {law_title(curve.model)}, {curve.role}"
         yield Part(f"tables/curve-{number:03}.csv", _rows(heads, list(columns.values())), meaning, CSV, tuple(heads))
     history = {
         "version": stored.program_version,

@@ -24,7 +24,7 @@ from tribopipe.extras.fair import provenance
 from tribopipe.extras.fair.files import CSV, Part, run_parts, run_text, study_parts, study_text
 from tribopipe.extras.fair.graph import Graph, Ref, local
 from tribopipe.extras.fair.provenance import Placed, amendments, archive_action, step_action, study_action, test_action
-from tribopipe.extras.fair.vocabulary import UNITS, meaning, term
+from tribopipe.extras.fair.vocabulary import UNITS, meaning, term, term_of
 
 
 class Told(NamedTuple):
@@ -155,7 +155,7 @@ class Crating:
         """Describe the tribometer."""
         name = manifest.instrument or "tribometer"
         said = self.dataset.apparatus(manifest.instrument)
-        kinds = [term("tribometer"), term(manifest.contact.kind) if manifest.contact else None]
+        kinds = [term("tribometer"), term_of(manifest.contact.tribodatafair if manifest.contact else None)]
         return self.graph.thing(
             (said and said.identifier) or local("instrument", name),
             "IndividualProduct",

@@ -62,7 +62,6 @@ _TERMS: Mapping[str, str] = {
     "test": "TribologicalExperiment",
     "evaluation": "DataProcessing",
     "tribometer": "Tribometer",
-    "pin-on-disc": "PinonDiscMachine",
     "conditions.normal_load": "NormalLoadSetpoint",
     "conditions.sliding_speed": "SlidingSpeedSetpoint",
     "conditions.track_radius": "RadialPositionSetpoint",
@@ -86,8 +85,12 @@ _TERMS: Mapping[str, str] = {
 
 def term(name: str) -> str | None:
     """Return the TriboDataFAIR identifier of a term of tribopipe; None if there is none."""
-    found = _TERMS.get(name)
-    return None if found is None else f"{_TRIBODATAFAIR}{found}"
+    return term_of(_TERMS.get(name))
+
+
+def term_of(identifier: str | None) -> str | None:
+    """Return an identifier of TriboDataFAIR in full; None if there is none."""
+    return None if identifier is None else f"{_TRIBODATAFAIR}{identifier}"
 
 
 TERMS: Mapping[str, str] = {name: f"{_TRIBODATAFAIR}{found}" for name, found in _TERMS.items()}

@@ -131,7 +131,7 @@ class LiveProblem(JointProblem):
     """The joint fit of the samples so far."""
 
     beliefs: tuple[Belief, ...] = ()
-    """Prior values of the current "drift" and "disc", m, and of "ln k_D"."""
+    """Prior values of the current "drift" and "disc wear", m, and of "ln k_D"."""
     most_noise: float = math.inf
     """Upper limit of the noise with a probability of 95 %, m²."""
     freedom: float = math.inf
@@ -171,9 +171,9 @@ class LiveProblem(JointProblem):
         """Columns of zero offsets, drift and the disc's wear by now, in weighted rows."""
         offsets = np.equal.outer(self.segments, np.unique(self.segments)).astype(float)
         columns = [*offsets.T, self.trace.ramp]
-        if "disc" in self._believed:
+        if "disc wear" in self._believed:
             columns.append(np.maximum(self.distance / self.trace.slid, 0.0) ** _DISC_POWER)
-        fitted = ["offset"] * offsets.shape[1] + ["drift", "disc"][: len(columns) - offsets.shape[1]]
+        fitted = ["offset"] * offsets.shape[1] + ["drift", "disc wear"][: len(columns) - offsets.shape[1]]
         beliefs = [[float(name == belief) for name in fitted] for belief in self._believed]
         anchors = np.zeros((len(self.anchors), len(columns)))
         rows = np.vstack([np.column_stack(columns), anchors, np.reshape(beliefs, (-1, len(columns)))])
@@ -187,7 +187,7 @@ class LiveProblem(JointProblem):
     @property
     def tells_drift(self) -> bool:
         """Whether wear and drift are distinguished: not of a flat pin, where both are linear, unless one is known."""
-        return self.contact.pin.shape != "flat" or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
+        return not self.contact.pin.constant_area or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
 
     @property
     def finished(self) -> bool:
@@ -218,7 +218,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     pin = manifest.sliding_pin.pin
     segments = remountings(manifest, fine.sliding_distance)
     trace = _trace(fine, fine)
-    stretches = _stretches(fine.sliding_distance if pin.shape == "flat" else fine.root, segments)
+    stretches = _stretches(fine.sliding_distance if pin.constant_area else fine.root, segments)
     means = state.pooled(stretches)
     # Before the end, an end value is that of another run, left in a copied run.toml, or measured further on.
     end = end_wear(asked.run, asked.recipe.uncertainty) if asked.ends_at(trace.slid) else None
@@ -249,7 +249,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
 
 def mean_distance(contact: SlidingPin, means: Means) -> Column:
     """Return where a pin is worn as in the mean of a stretch, m: at the mean of √s, or of s under a flat one."""
-    return means.sliding_distance if contact.pin.shape == "flat" else means.root**2
+    return means.sliding_distance if contact.pin.constant_area else means.root**2
 
 
 def _trace(means: Means, fine: Means) -> SensorTrace:
@@ -318,7 +318,7 @@ def _beliefs(asked: Asked, trace: SensorTrace) -> list[Belief]:
     share = (trace.slid / (asked.planned or trace.slid)) ** _DISC_POWER
     default = asked.recipe.uncertainty.wear_depth
     disc = known.disc_wear or Quantity(value=0.0, unit="m", standard_uncertainty=default.value)
-    beliefs.append(Belief("disc", disc.value * share, (disc.standard_uncertainty or 0.0) * share))
+    beliefs.append(Belief("disc wear", disc.value * share, (disc.standard_uncertainty or 0.0) * share))
     if known.wear_coefficient is not None:
         k = known.wear_coefficient
         beliefs.append(Belief("ln k_D", float(np.log(k.value)), (k.standard_uncertainty or 0.0) / k.value))

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from tribopipe.documents.contact_kinds import SHIPPED
+from tribopipe.documents.contact_kinds import ASSUMED, SHIPPED, kind_of
 from tribopipe.readers.draft.known_values import (
     LOAD,
     Known,
@@ -40,22 +40,20 @@ _SPECIMEN = {
     "surface_roughness": Blank('"0.07 um"', "roughness Ra before the test"),
     "vickers_hardness": Blank("1600.0", "Vickers hardness HV, without unit"),
 }
-_PIN_BLANKS = {
+_SIZES = {
     "shape": Blank('"spherical"', 'shape of the pin: "spherical", "flat" or "truncated-sphere"'),
     "radius": Blank('"3 mm"', "radius of the sphere, or of the flat end of a flat pin"),
     "flat_radius": Blank('"0.2 mm"', "radius of the flat on a truncated sphere before the test"),
-}
-_CURVED = {
     "rolling_radius": Blank('"20 mm"', "radius in the rolling direction"),
     "crown_radius": Blank('"20 mm"', "crown radius, transverse to the rolling direction"),
 }
-_FLAT = {"rolling_radius": Blank('"20 mm"', "radius in the rolling direction")}
 _BODIES = {
-    "pin": _PIN_BLANKS | _SPECIMEN,
-    "disc": _SPECIMEN,
-    "curved_disc": _CURVED | _SPECIMEN,
-    "flat_disc": _FLAT | _SPECIMEN,
+    name: [key for key in (_SIZES | _SPECIMEN) if key in kind.specimen(name).model_fields]
+    for kind in SHIPPED.values()
+    if kind.body_names == kind.roles
+    for name in kind.body_names
 }
+"""Keys of the bodies that have the names of their roles."""
 _DEPTH = Blank('{ value = "12.3 um", standard_uncertainty = "0.5 um" }', "wear depth")
 _WIDTH = Blank('{ value = "410 um", standard_uncertainty = "5 um" }', "width of the wear track")
 _VOLUME = Blank('{ value = "2.7e-3 mm^3", standard_uncertainty = "5 %" }', "wear volume")
@@ -68,8 +66,8 @@ BLANKS: dict[str, Blank] = {
     "operator": Blank('"A. Tester"', "operator"),
     "instrument": Blank('"pin-on-disc tribometer no. 2"', "name of the tribometer"),
     "comment": Blank('"…"', "further remarks"),
-    "contact.kind": Blank('"pin-on-disc"', "type of tribometer: " + ", ".join(map(toml, SHIPPED))),
-    **{f"contact.{body}.{name}": blank for body, blanks in _BODIES.items() for name, blank in blanks.items()},
+    "contact.kind": Blank(toml(kind_of(ASSUMED)), "type of tribometer: " + ", ".join(map(toml, SHIPPED))),
+    **{f"contact.{body}.{key}": (_SIZES | _SPECIMEN)[key] for body, keys in _BODIES.items() for key in keys},
     "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
     "conditions.track_radius": Blank('"6 mm"', "radius of the wear track"),
@@ -103,16 +101,14 @@ BLANKS: dict[str, Blank] = {
     "end_values.disc_wear_volume": _VOLUME,
     "end_values.disc_mass_loss": _MASS,
     "end_values.disc_profile": _PROFILE,
-    **{
-        f"end_values.{disc}_{name}": blank
-        for disc in ("curved_disc", "flat_disc")
-        for name, blank in (
-            ("wear_depth", _DEPTH),
-            ("track_width", _WIDTH),
-            ("wear_volume", _VOLUME),
-            ("profile", _PROFILE),
-        )
-    },
+    "end_values.curved_disc_wear_depth": _DEPTH,
+    "end_values.curved_disc_track_width": _WIDTH,
+    "end_values.curved_disc_wear_volume": _VOLUME,
+    "end_values.curved_disc_profile": _PROFILE,
+    "end_values.flat_disc_wear_depth": _DEPTH,
+    "end_values.flat_disc_track_width": _WIDTH,
+    "end_values.flat_disc_wear_volume": _VOLUME,
+    "end_values.flat_disc_profile": _PROFILE,
     "sensors.depth_scale": Blank(
         "{ value = 1, standard_uncertainty = 0.005 }", "true displacement divided by the indicated displacement"
     ),

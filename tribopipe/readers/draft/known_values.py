@@ -16,9 +16,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from tribopipe.base.errors import UnitError, did_you_mean
 from tribopipe.base.units import with_point
-from tribopipe.documents.contact_kinds import contact_named, contacts
+from tribopipe.documents.contact_kinds import ASSUMED, contact_named, contacts
 from tribopipe.documents.manifest import MANIFEST_SCHEMA, Conditions, EndValues, RunManifest, Sensors, StatedFriction
-from tribopipe.documents.pin_on_flat import PinOnDisc
 from tribopipe.documents.record import Record, first_problem, quoted
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -68,7 +67,7 @@ Values = Mapping[str, Any]
 
 _SECTIONS: dict[str, type[Record]] = {
     "": RunManifest,
-    "contact": PinOnDisc,
+    "contact": ASSUMED,
     "conditions": Conditions,
     "conditions.friction": StatedFriction,
     "end_values": EndValues,
@@ -106,6 +105,18 @@ def needed_conditions_of(kind: str) -> list[str]:
     """Return the conditions that a type of tribometer needs in addition to the load."""
     contact = contact_named(kind)
     return [] if contact is None else [f"conditions.{name}" for name in contact.needed_conditions]
+
+
+def replaced_conditions_of(kind: str) -> dict[str, str]:
+    """Return the conditions that a type of tribometer needs unless another is stated, and that other one."""
+    replaced = getattr(contact_named(kind), "replaced_conditions", {})
+    return {f"conditions.{key}": f"conditions.{instead}" for key, instead in replaced.items()}
+
+
+def speed_key_of(kind: str) -> str:
+    """Return the key that states the speed by which the progress of wear follows from time."""
+    contact = contact_named(kind) or ASSUMED
+    return f"conditions.{contact.progress.speed}"
 
 
 def track_key_of(kind: str) -> str:
@@ -150,8 +161,10 @@ _STAND_INS = {
     "rolling_radius": "1 km",
     "crown_radius": "1 km",
     "stroke": "1 km",
+    "slip": "1 %",
+    "curved_disc_speed": "1 nm/s",
 }
-"""Stand-ins for unknown values in checks of the known ones; no possible value is larger."""
+"""Stand-ins for unknown values in checks of the known ones; no possible length is larger."""
 LOAD = "conditions.normal_load"
 _ALIKE = 0.1
 """Largest difference between two suggested values of one key that agree, relative to the larger one."""
@@ -200,8 +213,7 @@ class Known:
     def missing(self) -> list[str]:
         """Keys without which a run.toml cannot be processed."""
         needed = [LOAD, *needed_conditions_of(self.kind)]
-        if self.kind == "twin-disc" and "conditions.flat_disc_speed" not in self.given:
-            needed.append("conditions.slip")
+        needed += [key for key, instead in replaced_conditions_of(self.kind).items() if instead not in self.given]
         return [key for key in needed if key not in self.given]
 
     @property
@@ -337,10 +349,9 @@ def _stand_ins(values: Values) -> dict[str, Any]:
     if any(key.startswith("contact.") for key in values):
         kind = used["contact.kind"] = _kind(values)
         used |= {key: _stand_in(key) for key in (*needed_conditions_of(kind), *_needed_of_bodies(values))}
-    if _kind(values) == "twin-disc" and "conditions.flat_disc_speed" in values:
-        used["conditions.curved_disc_speed"] = "1 nm/s"
-    elif _kind(values) == "twin-disc":
-        used["conditions.slip"] = "1 %"
+    for key, instead in replaced_conditions_of(kind := _kind(values)).items():
+        missing = speed_key_of(kind) if instead in values else key
+        used[missing] = _stand_in(missing)
     return used
 
 
