@@ -18,7 +18,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
-from tribopipe.evaluation.measurements.disc_track import distance_share
+from tribopipe.evaluation.measurements.sliding_distance import distance_share
 from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit

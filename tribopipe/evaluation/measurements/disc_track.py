@@ -8,8 +8,7 @@ none, the pin has had any share of the wear.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,53 +35,9 @@ from tribopipe.evaluation.measurements.worn_pair import (
     WIDTHS,
     BodyWear,
     WornPair,
-    path_length,
     surest,
 )
-from tribopipe.results.input_quantities import Source, stated_or_default
 from tribopipe.results.run import RawRun
-
-
-@dataclass(frozen=True)
-class ToldBy:
-    """Input to which a derived sliding distance is proportional."""
-
-    name: Literal["sliding_speed", "track_radius", "stroke"]
-    quantity: Quantity
-    source: Source
-
-
-def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
-    """Return the speed, track radius or stroke that a sliding distance was derived from; none of a measured one.
-
-    A speed that is itself made of rotational speed and radius, or of frequency and stroke, is as uncertain as both.
-    """
-    conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
-    length, speed = conditions.stroke or conditions.track_radius, conditions.nominal_speed
-    if origin == "derived from rotations" and length is not None:
-        name: Literal["stroke", "track_radius"] = "track_radius" if conditions.stroke is None else "stroke"
-        return ToldBy(name, *stated_or_default(length, defaults.track_radius * length.value))
-    if origin != "derived from nominal speed" or speed is None:
-        return None
-    path = path_length(conditions, defaults) if conditions.sliding_speed is None else None
-    along = 0.0 if path is None else (path.standard_uncertainty or 0.0) / path.value
-    share = math.hypot(defaults.sliding_speed, along)
-    return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
-
-
-def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
-    """Return the relative standard uncertainty of the sliding distance; None of one that was measured."""
-    if told := told_by(run, defaults):
-        return (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
-    slip = run.manifest.slip
-    if run.origins.get("sliding_distance") != "derived from nominal slip" or slip is None or not slip.value:
-        return None
-    speed, radius = run.manifest.conditions.curved_disc_speed, run.manifest.twin_disc.curved_disc.rolling_radius
-    rolled = stated_or_default(radius, defaults.rolling_radius * radius.value)
-    if run.origins.get("rotations") == "derived from nominal speed" and speed is not None:
-        rolled = stated_or_default(speed, defaults.sliding_speed * speed.value)
-    known = (stated_or_default(slip, defaults.slip * abs(slip.value)), rolled)
-    return math.hypot(*((one.standard_uncertainty or 0.0) / one.value for one, _ in known))
 
 
 def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:

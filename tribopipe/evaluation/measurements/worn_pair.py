@@ -13,15 +13,15 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
+from tribopipe.evaluation.measurements.sliding_distance import path_length
 from tribopipe.physics.geometry import circle_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
 from tribopipe.physics.stroke_ends import EXTENSION_UNCERTAINTY, Stroke
-from tribopipe.results.input_quantities import Source, stated_or_default
+from tribopipe.results.input_quantities import Source
 from tribopipe.results.run import RawRun
 
 WIDTHS = ("disc_track_width", "pin_scar_width")
@@ -40,12 +40,6 @@ _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
 VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss")
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
-
-
-def path_length(conditions: Conditions, defaults: DefaultUncertainty) -> Quantity | None:
-    """Return the stroke, or the radius of the circle, m, with its uncertainty; None if run.toml states neither."""
-    length = conditions.stroke or conditions.track_radius
-    return None if length is None else stated_or_default(length, defaults.track_radius * length.value)[0]
 
 
 @dataclass(frozen=True)

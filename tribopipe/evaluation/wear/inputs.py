@@ -18,7 +18,7 @@ from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.quantity import Quantity, read_quantity
 from tribopipe.documents.recipe import FrictionSource, GivenParameter, LawName, Recipe
 from tribopipe.evaluation.load_and_friction import contact_load, run_path
-from tribopipe.evaluation.measurements.disc_track import told_by
+from tribopipe.evaluation.measurements.sliding_distance import told_by
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.results.evaluation import FrictionFit

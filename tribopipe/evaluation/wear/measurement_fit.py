@@ -16,8 +16,8 @@ from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.measurements.disc_track import told_by
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.sliding_distance import told_by
 from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
 from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.findings import unseen_groove

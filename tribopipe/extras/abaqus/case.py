@@ -24,11 +24,10 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import WEAR_COEFFICIENT, show
-from tribopipe.documents.contact import Contact, SlidingPin
-from tribopipe.documents.contact_kinds import family_of, spoken
+from tribopipe.documents.contact import ROTATIONS, SLIDING, Contact
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
-from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.wear.local import ARCHARDS, archards_wear
 from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.extras.abaqus.fortran import in_mm
@@ -218,10 +217,11 @@ class Rolling(Sliding):
 
 def motion_of(contact: Contact, start: UnwornContact, speed: float) -> Sliding:
     """Return how the bodies of a contact move at a speed of sliding, or of slip, m/s."""
-    return family_of(contact, _FAMILIES)(start, speed, contact.travel)
+    return _MOTIONS[contact.progress.signal](start, speed, contact.travel)
 
 
-_FAMILIES: dict[type[Contact], type[Sliding]] = {SlidingPin: Sliding, TwinDisc: Rolling}
+_MOTIONS: dict[str, type[Sliding]] = {SLIDING.signal: Sliding, ROTATIONS.signal: Rolling}
+"""Motion by what wear grows along."""
 
 
 _MEASURED = "k_D was identified with the measured friction; the subroutine uses the fit of Eq. 7."
