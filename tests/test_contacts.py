@@ -337,11 +337,12 @@ def test_pin_and_drum_wear_together():
     assert point.bodies["drum"].track_cross_section.value == pytest.approx(4e-13 * work / (2 * np.pi * 0.02), rel=1e-12)
 
 
-def nodes(kind: type[Node], words: Collection[str]) -> Iterator[tuple[str, Node]]:
+def nodes(kind: type[Node], words: Collection[str], around: str = r"\b") -> Iterator[tuple[str, Node]]:
     """Yield the nodes of one kind in the modules outside the contacts' files that have any of the words."""
+    pattern = re.compile(rf"{around}(?:{'|'.join(words)}){around}")
     for path in sorted(PACKAGE.rglob("*.py")):
         name, text = path.relative_to(PACKAGE).as_posix(), path.read_text(encoding="utf-8")
-        if name not in CONTACT_FILES and re.search(rf"\b(?:{'|'.join(words)})\b", text):
+        if name not in CONTACT_FILES and pattern.search(text):
             yield from ((name, node) for node in ast.walk(ast.parse(text)) if isinstance(node, kind))
 
 
@@ -372,7 +373,7 @@ def test_nothing_asks_which_kind_of_contact_there_is():
 def test_no_kind_and_no_body_is_named_outside_the_contacts_files():
     names = {word for one in own_kinds() for word in (contact_kinds.kind_of(one), *one.body_names, *one.roles)}
     assert {"pin-on-disc", "twin-disc", "pin", "flat", "ring", "top_ball", "curved_disc"} <= names
-    literals = nodes(ast.Constant, names)
+    literals = nodes(ast.Constant, names, "[\"']")
     assert sorted((name, one.value) for name, one in literals if one.value in names) == OTHER_MEANINGS
 
 
