@@ -183,8 +183,8 @@ def _bodies_contradict(run: RawRun) -> Iterator[Trouble]:
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
         yield Trouble(
             "end_values",
-            f"found two values for the wear {found.what} of the {found.body}: {first} from {found.one.name} and {second} "
-            f"from {found.other.name}{apart}; expected agreement; {used} is used, not their mean",
+            f"found two values for the wear {found.what} of the {found.body}: {first} from {found.one.name} and "
+            f"{second} from {found.other.name}{apart}; expected agreement; {used} is used, not their mean",
             "repeat the measurement, or check both units",
         )
 
