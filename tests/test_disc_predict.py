@@ -293,7 +293,7 @@ def test_defaults_are_named():
 
 @pytest.mark.parametrize("at", [[-1.0], [float("nan")], [1e5, float("inf")]])
 def test_rotations_that_are_no_count_are_refused(at):
-    with pytest.raises(FitError, match=r"prediction: found the rotations \[.*\]; expected no negative values"):
+    with pytest.raises(FitError, match=r"prediction: found rotations \[.*\]; expected no negative values"):
         predict_wear(scenario(), at)
 
 

@@ -82,8 +82,8 @@ def test_long_increments_are_refused():
 @pytest.mark.parametrize(
     ("told", "found"),
     [
-        ({"increment": 0.0}, "increments of 0 up to an amount of wear "),
-        ({"increment": 1e-9 * LIMIT}, "increments of .* up to an amount of wear of "),
+        ({"increment": 0.0}, "increments of 0 for a total amount of wear "),
+        ({"increment": 1e-9 * LIMIT}, "increments of .* for a total amount of wear of "),
         ({"correct_every": 0}, "corrections every 0 increments"),
         ({"stress_loss": 1.5}, "a stress loss of 1.5"),
         ({"stress_loss": np.nan}, "a stress loss of nan"),

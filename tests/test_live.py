@@ -240,7 +240,7 @@ def test_known_drift_narrows_the_interval_and_known_k_d_more():
 
 def test_of_a_flat_pin_nothing_is_told_unless_the_drift_is_known():
     run = made_run(shape="flat", noise=1e-9)
-    with pytest.raises(FitError, match="flat pin, whose wear is linear in time, like the drift"):
+    with pytest.raises(FitError, match="flat pin, whose wear depth increases linearly with time, as does drift"):
         followed(run)
     known = Known(drift_rate=Quantity(value=2e-10, unit="m/s", standard_uncertainty=1e-13))
     found, _ = followed(run, known=known)

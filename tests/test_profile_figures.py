@@ -55,7 +55,7 @@ def test_worn_ball():
 
 def test_profile_without_a_track_is_levelled_and_says_so():
     figure = drawn(Profile(X, 0.02 * X + 20e-9 * np.random.default_rng(1).standard_normal(len(X))))
-    assert "wear track not evaluated: no feature above the noise" in words(figure)
+    assert "wear track not evaluated: no feature deeper than the noise" in words(figure)
     assert not any("groove" in name for name in legend(figure))
     assert figure.axes[1].get_ylabel() == "height above unworn surface / nm"
 

@@ -426,7 +426,9 @@ def test_run_without_an_end_value_is_refused(store, place):
     before = tree_bytes(store.folder)
     study = QUICK.model_copy(update={place: (*getattr(QUICK, place), NO_END)})
     said = refusal(list(run_study(store, study, Recipe())))
-    assert_says(said, f"{NO_END}: found a run without a post-test measurement", "expected", "remove it from the study")
+    assert_says(
+        said, f"{NO_END}: found a run without a post-test measurement", "expected", "remove the run from the study"
+    )
     assert tree_bytes(store.folder) == before
 
 

@@ -611,7 +611,10 @@ DOCUMENTS = {
         {"fit": [LIGHT, "si3n4-air-20mN"]},
         ["study air", "archive", "found no run 'si3n4-air-20mN'", f"did you mean '{LIGHT}'?"],
     ),
-    "no end value": ({"predict": [NO_END]}, [NO_END, "without a post-test measurement", "remove it from the study"]),
+    "no end value": (
+        {"predict": [NO_END]},
+        [NO_END, "without a post-test measurement", "remove the run from the study"],
+    ),
     "circular": (
         {"predict": [HEAVY, LIGHT]},
         ["study.toml", f"predict: found '{LIGHT}', which is also in fit", "remove the run from one of the two"],

@@ -111,13 +111,13 @@ def scaled(lines, along=1.0, across=1.0, up=1.0):
         (WornBall(off=(0.3e-3, 0.0)).map(), "found a scar that reaches the edge of the map"),
         (WornBall(size=0.8).map(), "reaches the edge"),
         (scaled(WornBall().map(), up=-1.0), "heights increase outward"),
-        (scaled(WornBall().map(), along=10, across=10), "found a length of 10 mm on a tip of radius 3 mm"),
+        (scaled(WornBall().map(), along=10, across=10), "found a map 10 mm long on a tip of radius 3 mm"),
         (scaled(WornBall().map(), up=1.5), r"found a sphere of radius .* expected the radius of the tip, 3 mm"),
         (scaled(WornBall().map(), across=0.5), "found no scar"),
         (WornBall(scar=1e-6, size=1000).map(), "found no scar"),
         (WornBall().map()[::13], "found 6 scan lines across the scar; expected at least 8"),
         (WornBall().map() + WornBall().map()[:1], "found two scan lines at -0.5 mm"),
-        (WornBall(hole=0.15e-3).map(), "found no heights in 3. % of the scar; expected at most 25 %"),
+        (WornBall(hole=0.15e-3).map(), "found no height values in 3. % of the scar; expected at most 25 %"),
     ],
 )
 def test_what_cannot_be_integrated_is_refused_in_one_sentence(lines, message):

@@ -181,5 +181,5 @@ def _try(title: str, law: WearLaw) -> None:
         if found.shape != shape or not np.all(np.isfinite(found)):
             raise FitError(
                 f"{title}: found {np.array2string(found, threshold=6)} at {s.tolist()} m; expected one finite factor "
-                "at each distance; check the values that the function returns, also at 0 m"
+                "at each distance; check the values that the function returns, including the value at 0 m"
             )

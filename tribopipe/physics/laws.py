@@ -164,7 +164,7 @@ def required(law: WearLaw, friction: FrictionPath | None) -> FrictionPath:
 def _made(entry: EntryPoint) -> WearLaw:
     law = entry.load()()
     if not isinstance(law, WearLaw) or law.name != entry.name or not re.fullmatch(LAW_PATTERN, law.name):
-        raise TypeError(f"is not a WearLaw with the name {entry.name}, in lowercase letters, digits and _")
+        raise TypeError(f"is not a WearLaw named {entry.name}, a name in lowercase letters, digits and _")
     if unknown := {known.kind for known in law.parameters().values()} - set(KINDS):
         raise TypeError(f"has a parameter of the unknown kind {min(unknown)!r}; the kinds are {', '.join(KINDS)}")
     return law

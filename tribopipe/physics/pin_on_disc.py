@@ -395,6 +395,6 @@ def no_such_depth(depth: ArrayLike, height: ArrayLike) -> ContactError:
 def no_published_scheme(volume_steps: ArrayLike, engine: str) -> ContactError:
     """Return the refusal of the paper's scheme under another engine than the paper's."""
     return ContactError(
-        f"published scheme: found {np.size(volume_steps)} steps of {engine}; expected the GIWM, which this scheme "
+        f"published scheme: found {np.size(volume_steps)} steps for {engine}; expected the GIWM, which this scheme "
         "implements (flow chart, Fig. 2); use the exact scheme, or a k_D fitted with --engine giwm"
     )

@@ -187,8 +187,8 @@ def _planned_again(archive: Archive, stored: StoredStudy) -> PlannedStudy:
     changed = [run_id for run_id, sha256 in stored.stands_on.items() if planned.stands_on.get(run_id) != sha256]
     if changed:
         raise ArchiveError(
-            f"study {stored.study.id}: found that {', '.join(changed)} changed after its evaluation; expected the same "
-            "content; run the study again"
+            f"study {stored.study.id}: found that {', '.join(changed)} changed after the study was evaluated; expected "
+            "the same content; run the study again"
         )
     return planned
 

@@ -375,7 +375,7 @@ def study_toml(study: Study) -> str:
         "fit = [                              # k_D is identified from these runs",
         *(f"    {quoted(run_id)}," for run_id in study.fit),
         "]",
-        "predict = [                          # these runs are predicted with it and compared",
+        "predict = [                          # wear of these runs is predicted with this k_D and compared",
         *(f"    {quoted(run_id)}," for run_id in study.predict),
         "]",
         f"laws = [{', '.join(quoted(law) for law in study.laws)}]",

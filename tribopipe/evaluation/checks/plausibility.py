@@ -330,8 +330,8 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             if volume is not None and volume.value < -CLEARLY * (volume.standard_uncertainty or 0.0):
                 yield Trouble(
                     f"end_values of the {spoken(name)}",
-                    f"found a wear volume of {volume.shown('mm^3')}, a gain of material; expected a loss; wear rate "
-                    "and k_D remain negative",
+                    f"found a negative wear volume, {volume.shown('mm^3')}, which is a gain of material; expected a "
+                    "loss; wear rate and k_D are reported as negative values",
                     "check the sign and repeat the weighing; material may have been transferred from the counterbody",
                 )
 
@@ -351,8 +351,8 @@ def coating_worn_through(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             if depth is not None and depth.value > coating.value:
                 yield Trouble(
                     f"contact.{name}.coating_thickness",
-                    f"found wear {depth.shown('um')} deep in a coating {coating.shown('um')} thick; expected wear "
-                    "within the coating",
+                    f"found a wear depth of {depth.shown('um')} in a coating {coating.shown('um')} thick; expected "
+                    "wear within the coating",
                     "repeat the test over a shorter distance; k_D and wear rate of this test apply to coating and "
                     "substrate combined",
                 )
@@ -437,7 +437,7 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
             f"end_values.{name}",
             f"found {scar.shown('um')}, smaller than the initial contact diameter of {show(start, None, 'm', 'um')}; "
             "expected a larger scar",
-            "check that it is the diameter, and check its unit, the load and the radius of the pin",
+            "check that the value is a diameter, and check its unit, the load and the radius of the pin",
         )
     if pin.line:
         yield from _scar_across(run, pin.line)
@@ -468,7 +468,7 @@ def profile_width(run: RawRun) -> Iterator[Trouble]:
                 yield Trouble(
                     where,
                     f"found a groove {track.width.shown('um')} wide and {track.depth.shown('um')} deep; expected a "
-                    f"width of about {show(across, None, 'm', 'um')}, over which the pin is in contact at this depth",
+                    f"width of about {show(across, None, 'm', 'um')}, the contact width of the pin at this depth",
                     "check the units of position and height, that the height increases away from the specimen, and "
                     "the radius of the pin",
                 )
@@ -502,7 +502,7 @@ def scar_not_round(run: RawRun) -> Iterator[Trouble]:
         yield Trouble(
             "end_values.pin_scar_diameter",
             f"found a single diameter, {scar.shown('um')}, although the groove makes the scar about "
-            f"{width / length:.2g} times as wide as long; expected length and width",
+            f"{width / length:.2g} times as wide as it is long; expected length and width",
             "enter pin_scar_length, along the sliding direction, and pin_scar_width; the diameter is assumed to be "
             "their mean, so k_D is wrong if only one of them was measured",
         )
@@ -518,7 +518,7 @@ def uneven_scars(run: RawRun) -> Iterator[Trouble]:
                 f"end_values.{name}",
                 f"found readings from {show(low, None, scar.unit, 'um')} to {show(high, None, scar.unit, 'um')}; "
                 f"expected the largest to be at most {_UNEVEN:.1f} times the smallest",
-                "check the alignment of the specimens: the load may not be shared as assumed",
+                "check the alignment of the specimens: the load may be shared unequally",
             )
 
 
@@ -642,7 +642,7 @@ def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
     if width > _WIDE * scar.value:
         yield Trouble(
             f"end_values.pin_scar_diameter, end_values.{groove.name}",
-            f"found a scar {scar.shown('um')} wide and a groove {groove.depth.shown('um')} deep, with which the pin is "
-            f"in contact over a width of at least {show(width, None, 'm', 'um')}; expected about the same width",
+            f"found a scar {scar.shown('um')} wide and a groove {groove.depth.shown('um')} deep, in which the pin "
+            f"has a contact width of at least {show(width, None, 'm', 'um')}; expected about the same width",
             "check that the diameter of the scar is given, not its radius, and check both units",
         )

@@ -102,7 +102,7 @@ def empty_channel(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 "found no numeric values in the column; expected a recorded signal",
-                "map the column that contains it, or remove the signal from run.toml",
+                "map the column that contains the signal, or remove it from run.toml",
             )
 
 
@@ -232,7 +232,7 @@ def load_sign(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             "normal_force",
             f"found a median of {_shown('normal_force', median)} under load; expected a positive load, since a "
             "negative load means no contact",
-            "preprocessing inverts its sign; export compressive loads as positive, or remove the signal",
+            "preprocessing inverts the sign; export compressive loads as positive values, or remove the signal",
         )
 
 
@@ -305,7 +305,7 @@ def missing_samples(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {missing} of {len(values)} samples missing, the first at "
-                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected a value for each",
+                f"{run.numbered(int(np.flatnonzero(~np.isfinite(values))[0]))}; expected a value for each sample",
                 "fits exclude them",
             )
 
@@ -438,8 +438,8 @@ def clipped_signal(run: RawRun) -> Iterator[Trouble]:
                     f"found {_shown(name, levels[end])}, the {'highest' if end else 'lowest'} value, in "
                     f"{100 * counts[end] / np.sum(counts):.0f} % of the samples; expected few samples with this value",
                     "check whether the sensor or its amplifier was saturated; if so, larger changes were not recorded: "
-                    f"mask these samples, with limits.{name} just {'below' if end else 'above'} this value for the "
-                    'step "mask" in a recipe, or repeat the test with a larger range',
+                    f"mask these samples by setting limits.{name} just {'below' if end else 'above'} this value for "
+                    'the step "mask" in a recipe, or repeat the test with a larger measuring range',
                 )
 
 
@@ -467,7 +467,7 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             ""
             if not without[0]
             else (
-                '; if time or distance then starts above zero, write carried_over = "always" for the step '
+                '; if time or distance then starts above zero, set carried_over = "always" for the step '
                 '"continuous-axes" in a recipe'
             )
         )
@@ -567,7 +567,7 @@ def interruption_after_end(run: RawRun) -> Iterator[Trouble]:
                 f"interruptions[{number}].{progress.signal}",
                 f"found {progress.shown(stop.place)} in a run of {progress.shown(end)}; expected an interruption "
                 "within the run",
-                f"write the {progress.words} since the start of the test; for the end, use end_values",
+                f"state the {progress.words} since the start of the test; for the end of the test, use end_values",
             )
 
 
@@ -717,6 +717,6 @@ def axis_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",
-                'if the counter was not reset after an earlier test, write carried_over = "always" for the step '
-                '"continuous-axes" in a recipe; otherwise, record from the start',
+                'if the counter was not reset after an earlier test, set carried_over = "always" for the step '
+                '"continuous-axes" in a recipe; otherwise, record the test from its start',
             )

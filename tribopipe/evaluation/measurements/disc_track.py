@@ -142,7 +142,7 @@ def disc_notes(
         yield from _assumed(best.pair, pin_depth)
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
-            yield f"{way.name} does not exceed the scar on the pin: it does not determine the depth of the wear track"
+            yield f"{way.name} does not exceed the scar on the pin, so the depth of the wear track cannot be calculated"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
             f"the wear track was measured at {len(end.disc_profile)} of the {FEWEST_PLACES} recommended positions: its "

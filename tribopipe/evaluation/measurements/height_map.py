@@ -78,7 +78,7 @@ def height_map(lines: Sequence[Profile]) -> HeightMap:
     if np.any(steps <= 0):
         twice = show(float(across[np.argmin(steps)]), None, "m", "mm")
         raise FitError(
-            f"map: found two scan lines at {twice}; expected each line at its own position; list the file once in "
+            f"map: found two scan lines at {twice}; expected a different position for each line; list the file once in "
             "run.toml, and export the map again"
         )
     along = _grid(lines)

@@ -224,7 +224,7 @@ def pin_notes(run: RawRun, where: str) -> Iterator[str]:
     if len(profiles_at(run, f"{where}.pin_profile")) >= A_MAP and not pin_maps(run, where):
         yield (
             f"{where}.pin_profile is a height map without positions across its scan lines: its deepest line is used, "
-            "which is exact only for a plane scar; export the map with columns x, y and z"
+            "which is exact only for a flat scar; export the map with columns x, y and z"
         )
 
 

@@ -294,7 +294,7 @@ def _groove(smooth: Column, spread: float, rounding: float) -> slice:
     deepest = int(np.argmax(smooth))
     if smooth[deepest] <= _STANDS_OUT * spread + rounding:
         deep = show(float(smooth[deepest]), None, "m", "um")
-        raise no_track(f"no feature above the noise, the deepest {deep} below the unworn surface")
+        raise no_track(f"no feature deeper than the noise (the deepest point is {deep} below the unworn surface)")
     at_level = np.flatnonzero(smooth <= max(_IN_NOISE * spread, _IN_FORM * smooth[deepest]) + rounding)
     before, after = at_level[at_level < deepest], at_level[at_level > deepest]
     least = _least(len(smooth))
@@ -368,12 +368,12 @@ def no_track(found: str) -> FitError:
     """Report that a profile has no wear track."""
     return FitError(
         f"profile: found {found}; expected a wear track with unworn surface on both sides; check that heights increase "
-        "outward from the disc and that the profile is long enough, or remove it from run.toml"
+        "outward from the disc and that the profile is long enough, or remove the profile from run.toml"
     )
 
 
 def _at_the_edge() -> FitError:
     return FitError(
         "profile: found a track that reaches the edge of the profile; expected unworn surface on both sides for "
-        "leveling; measure a longer profile, and check the radius if it crosses a ball or a crown"
+        "leveling; measure a longer profile, and check the radius if the profile crosses a ball or a crown"
     )

@@ -103,9 +103,9 @@ def _refuse_too_wide(grid: HeightMap, radius: float) -> None:
     reach = max(float(grid.x[-1]), float(grid.y[-1]))
     if reach >= radius:
         raise FitError(
-            f"map: found a length of {show(2 * reach, None, 'm', 'mm')} on a tip of radius "
-            f"{show(radius, None, 'm', 'mm')}; expected less than the diameter of the tip; check the unit of the "
-            "positions, and the radius"
+            f"map: found a map {show(2 * reach, None, 'm', 'mm')} long on a tip of radius "
+            f"{show(radius, None, 'm', 'mm')}; expected a length less than the diameter of the tip; check the unit "
+            "of the positions, and the radius"
         )
 
 
@@ -138,7 +138,7 @@ class _Sphere:
         x, y, top, radius = (old + float(step) for old, step in zip(self._parameters, steps, strict=True))
         if math.hypot(abs(x) + grid.x[-1], abs(y) + grid.y[-1]) >= math.sqrt(2) * radius:
             raise FitError(
-                "map: found no sphere around the scar; expected the unworn surface of the tip; check the units of "
+                "map: found no spherical surface around the scar; expected the unworn tip there; check the units of "
                 "positions and heights, and that heights increase outward from the tip"
             )
         return _Sphere(radius, x, y, top)
@@ -317,8 +317,9 @@ def _refuse_missing(scar: _Scar) -> None:
     missing = float(np.sum(grid.area[worn & ~grid.measured]) / np.sum(grid.area[worn]))
     if missing > _MOST_MISSING:
         raise FitError(
-            f"map: found no heights in {100 * missing:.0f} % of the scar; expected at most {100 * _MOST_MISSING:.0f} "
-            "%; measure again with more light or a larger aperture, or measure the diameter of the scar"
+            f"map: found no height values in {100 * missing:.0f} % of the scar; expected at most "
+            f"{100 * _MOST_MISSING:.0f} %; measure again with more light or a larger aperture, or measure the "
+            "diameter of the scar"
         )
 
 

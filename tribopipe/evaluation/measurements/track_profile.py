@@ -145,9 +145,9 @@ def _centred(profile: Profile, crown_radius: float | None) -> tuple[Column, Colu
     x = profile.position - middle
     if crown_radius is not None and x[-1] >= crown_radius:
         raise FitError(
-            f"profile: found a length of {show(float(2 * x[-1]), None, 'm', 'mm')} across a crown of radius "
-            f"{show(crown_radius, None, 'm', 'mm')}; expected less than the width of the crown; check the unit of "
-            "the positions, and crown_radius"
+            f"profile: found a profile {show(float(2 * x[-1]), None, 'm', 'mm')} long across a crown of radius "
+            f"{show(crown_radius, None, 'm', 'mm')}; expected a length less than the width of the crown; check the "
+            "unit of the positions, and crown_radius"
         )
     return x, profile.height, middle
 

@@ -52,7 +52,7 @@ def _begin(bench: Bench, name: SignalName, leads: dict[SignalName, float], step:
     if step.carried_over == "always":
         start, why = first, "carried over from an earlier test, as stated in the recipe"
     elif step.carried_over == "auto" and min(leads[name], other) > _CLOCK:
-        start, why = first, f"a clock or counter not reset: its first value is more than {_CLOCK:g} times its range"
+        start, why = first, f"a clock or counter that was not reset: its first value exceeds {_CLOCK:g} times its range"
     elif step.carried_over == "auto" and leads[name] - max(other, 0.0) > _LATE:
         start, why = first - max(other, 0.0) * covered, "carried over from an earlier test, as another axis shows"
     else:

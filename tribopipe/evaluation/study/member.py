@@ -123,7 +123,7 @@ class Member:
         if not isinstance(problem, WearProblem):
             raise FitError(
                 f"{self.id}: found a run without {' and '.join(problem)}; expected a depth signal, a post-test "
-                f"measurement and, for a law that includes friction, a friction signal; remove it from the study"
+                f"measurement and, for a law that includes friction, a friction signal; remove the run from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"
@@ -143,7 +143,7 @@ def chosen(
     if not fit:
         raise FitError(
             f"{study.id}: found no run left from which to identify k_D; expected at least one; list another run in "
-            "fit, or remove a mark with `tribopipe mark-bad --undo`"
+            "fit, or remove the mark of a bad run with `tribopipe mark-bad --undo`"
         )
     check_bodies(study.id, *([member.corrected.run.manifest for member in some] for some in (fit, predict)))
     return fit, predict

@@ -518,5 +518,5 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
         raise FitError(
             f"{problem.run.id}: depth: found a depth signal that, fitted alone, gives a wear depth of {shown}; "
             'expected zero or more; if the signal decreases with wear, add the step "invert" with signals = '
-            '["depth"] after the default ones, or measure the scar and state it as end_values.pin_scar_diameter'
+            '["depth"] after the default steps, or measure the scar and state it as end_values.pin_scar_diameter'
         )

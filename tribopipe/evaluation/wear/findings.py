@@ -215,7 +215,7 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
             code="depth_spikes",
             where="depth",
             message=f"found {record.spikes} spikes, which are excluded from the fit",
-            remedy='to exclude them from the figures as well, add [[clean_up]] step = "despike" to a recipe',
+            remedy='to exclude the spikes from the figures as well, add [[clean_up]] step = "despike" to a recipe',
         )
 
 
@@ -285,7 +285,7 @@ def _stop_contradicts(law: str, place: float, deviation: float) -> Finding:
         f"under {law}, the pin wear measured after {show(float(f'{place:.4g}'), None, 'm')} is {abs(deviation):.1f} "
         f"standard uncertainties {'larger' if deviation > 0 else 'smaller'} than expected from the measurement at the "
         "end; k_D is based on the measurement at the end and is the mean over the test",
-        "check both measurements; if they are correct, split the test there, or fit a law with running-in",
+        "check both measurements; if they are correct, split the test at this distance, or fit a law with running-in",
     )
 
 
@@ -344,7 +344,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
         )
     changes = f"under {problem.law.title}, k_D after about {where} is {change.ratio:.3g} times the earlier value"
     if problem.measured_after:
-        mean, remedy = "the reported k_D is the mean over the test", "split the test there"
+        mean, remedy = "the reported k_D is the mean over the test", "split the test at this distance"
     else:
         mean = "the reported k_D, from the depth signal alone, is not the mean over the test"
         remedy = "measure the scar, from which the mean follows"

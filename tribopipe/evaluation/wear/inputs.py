@@ -74,8 +74,8 @@ def require_all(law: WearLaw, values: Mapping[str, float], place: str | None = N
     """
     if missing := [parameter for parameter in law.parameters() if law.input_of(parameter) not in values]:
         raise FitError(
-            f"{law.title}: found no {' or '.join(missing)}; expected values, since only the fit of a single pin "
-            f"identifies them; write them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
+            f"{law.title}: found no {' or '.join(missing)}; expected values, since only the fit to a "
+            f"single pin identifies them; state them under {place or f'[wear.parameters.{law.name}] in a recipe'}"
         )
 
 

@@ -171,9 +171,9 @@ def _checked(scenario: Scenario, at: Sequence[float], depths: Sequence[float]) -
     places = np.asarray(at, dtype=float)
     if not np.all(np.isfinite(places)) or np.any(places < 0):
         what = scenario.contact.progress.words
-        raise FitError(f"prediction: found the {what} {list(at)}; expected no negative values; check --at")
+        raise FitError(f"prediction: found {what} {list(at)}; expected no negative values; check --at")
     if any(not depth >= 0 for depth in depths):
-        raise FitError(f"prediction: found the depths {list(depths)} m; expected no negative values; check --depth")
+        raise FitError(f"prediction: found depths {list(depths)} m; expected no negative values; check --depth")
     return places
 
 

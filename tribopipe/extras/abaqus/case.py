@@ -173,7 +173,7 @@ class Rolling(Sliding):
         "streamlines.dat: the number of rows, then in each row a node, its streamline (1, 2, ...) and the length dl "
         "in mm that the node represents along the rolling direction: half the distance between its neighbors, or "
         "twice that for a node with a mirror image across a plane of symmetry. Nodes that are not on a streamline do "
-        "not wear. The file in the folder harness is an example."
+        "not wear. See harness/streamlines.dat for an example."
     )
 
     @property
@@ -282,7 +282,7 @@ def _of_eq_9(run_id: str, fit: WearFit) -> tuple[Quantity, str]:
         return same.first, f"with the convention {ARCHARDS}, as in Eq. 9."
     return same.first, (
         f"with the convention {own.distance} ({own.first.value * 1e6:.4g} mm^3/(N mm)), and converted to {ARCHARDS}, "
-        f"as in Eq. 9; with both values, the {spoken(next(iter(fit.bodies)))} loses the same volume in this run."
+        f"as in Eq. 9; with either value, the {spoken(next(iter(fit.bodies)))} loses the same volume in this run."
     )
 
 
@@ -316,7 +316,7 @@ class WearCase:
         if not self.known.coefficient.value > 0:
             raise ContactError(
                 f"{self.known.run_id}: found a k_D of {self.known.coefficient.shown(WEAR_COEFFICIENT)}; expected a "
-                "positive value; specify another with --wear-coefficient"
+                "positive value; specify one with --wear-coefficient"
             )
         if not self.increments < _MOST_INCREMENTS:
             raise ContactError(
@@ -376,6 +376,6 @@ class WearCase:
 
     def __str__(self) -> str:
         return (
-            f"{self.known.run_id}: increments stable below {show(self.step_limit, None, 's')} with elements of "
+            f"{self.known.run_id}: increments are stable below {show(self.step_limit, None, 's')} with elements of "
             f"{show(self.element, None, 'm', 'um')} in the contact, {math.ceil(self.increments):,} increments in total"
         )

@@ -20,7 +20,7 @@ from tribopipe.version import VERSION
 SUBROUTINE, STEP = "umeshmotion.f", "umeshmotion.inp"
 HONEST = (
     "NOT RUN IN ABAQUS. Subroutines from this template were compiled with gfortran and run with the harness next to "
-    "this file; their increments were compared with those of the contact solver of tribopipe. No other tests were made."
+    "this file; their increments were compared with those of the contact solver of tribopipe. No other tests were run."
 )
 _K_D = "mm^3/(N mm)"
 
@@ -60,7 +60,7 @@ def increments_lines(case: WearCase) -> Iterator[str]:
     numbers += case.motion.numbers
     numbers += [f"FMAX = {case.largest_factor:.4g}"] if case.friction else []
     yield (
-        "Increments: the mesh is moved explicitly, so that the pressure develops a checkerboard pattern unless DTIME "
+        "Increments: the mesh is moved explicitly, so the pressure develops a checkerboard pattern unless DTIME "
         f"<= 1.2 h_el/(k_D E_c v), here 1.2 HEL/({' '.join(factors)}). With {', '.join(numbers)}, the limit is "
         f"{case.step_limit:.4g} s, or {math.ceil(case.increments):,} increments in the {case.duration:.6g} s of the "
         "test. PNEWDT keeps increments below this limit; set HEL to the element size of your mesh."
@@ -71,8 +71,8 @@ def use_lines(case: WearCase) -> Iterator[str]:
     """Give the requirements of the subroutine on the model."""
     yield (
         "Use: *ADAPTIVE MESH CONSTRAINT, TYPE=VELOCITY, USER on the nodes of the wearing surface, which must be the "
-        "slave (secondary) surface of the contact, where CSTRESS is available. UREF is not used, since a step may "
-        "ramp it."
+        "slave (secondary) surface of the contact, where CSTRESS is available. UREF is not used, since its "
+        "value may be ramped during a step."
     )
     if case.motion.use:
         yield case.motion.use
@@ -87,9 +87,9 @@ def step_lines(case: WearCase) -> Iterator[str]:
     body = _wearing(case)
     modulus = in_mm(case.modulus * (1 - body.poisson_ratio.value**2), "Pa")
     yield (
-        "This step follows a step that applies the load, which stays constant. Define two sets: WEAR_MESH, the solid "
-        "elements of the adaptive mesh domain, and WEAR_NODES, the nodes of the wearing surface. The time period of "
-        "this step is the duration of the test."
+        "Apply the load in an earlier step, and keep the load constant in this one. Define two sets: WEAR_MESH, the "
+        "solid elements of the adaptive mesh domain, and WEAR_NODES, the nodes of the wearing surface. The time "
+        "period of this step is the duration of the test."
     )
     yield (
         f"If the counterbody is rigid in your model, set the wearing body to E = {modulus:.6g} MPa, which is E_c (1 "

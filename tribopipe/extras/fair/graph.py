@@ -34,8 +34,7 @@ class Graph:
             from rocrate.rocrate import ROCrate
         except ImportError:
             raise ArchiveError(
-                "found no package rocrate, which is required to write RO-Crates and .eln files; expected this "
-                "package; run "
+                "the package rocrate is not installed; expected this package, to write RO-Crates and .eln files; run "
                 '`pip install "tribopipe[fair]"`'
             ) from None
         self.folder = folder

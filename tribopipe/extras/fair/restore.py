@@ -156,8 +156,8 @@ def _zip(path: Path) -> Iterator[ZipFile]:
         with path.open("rb") as file:
             if _directory_size(file) > _MOST_DIRECTORY:
                 raise ArchiveError(
-                    f"{path}: found a file list of more than {_MOST_DIRECTORY:,} bytes; expected a crate of a few "
-                    "thousand files; unpack it, and specify the folder"
+                    f"{path}: found a file list of more than {_MOST_DIRECTORY:,} bytes; expected a crate of at most "
+                    "a few thousand files; unpack the crate, and specify its folder"
                 )
             unpacking = ZipFile(file)
             yield unpacking

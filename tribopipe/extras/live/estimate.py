@@ -132,8 +132,8 @@ def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
     """Find k_D by the samples so far. Raises ``FitError`` where wear and drift cannot be separated."""
     if not problem.tells_drift:
         raise FitError(
-            "found a flat pin, whose wear is linear in time, like the drift; expected an estimate of the drift to "
-            'separate them; state it, for example --drift "0 +- 5 nm/min"'
+            "found a flat pin, whose wear depth increases linearly with time, as does drift; expected a known drift, "
+            'to separate the two; state the drift, for example --drift "0 +- 5 nm/min"'
         )
     if problem.freedom < _FEWEST_FREE:
         raise FitError("found too few independent samples; expected more; wait for further samples")

@@ -210,8 +210,8 @@ def require_simulated(folder: Path) -> None:
     there = [name for name in (MANIFEST_NAME, SIGNALS_NAME) if (folder / name).exists()]
     if there and not (folder / TRUTH_NAME).is_file():
         raise OutputError(
-            f"{folder}: found {there[0]} without {TRUTH_NAME}; expected a new folder, or a simulated run; specify "
-            "another folder"
+            f"{folder}: found {there[0]} without {TRUTH_NAME}; expected a new folder, or the folder of a simulated "
+            "run; specify another folder"
         )
 
 

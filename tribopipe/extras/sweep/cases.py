@@ -145,7 +145,7 @@ def read_rows(path: Path, ensemble: Ensemble) -> dict[str, list[Row]]:
 def _other_table(path: Path) -> ManifestError:
     return ManifestError(
         f"{path}: found the table of another sweep; expected the table of this sweep, or no file; choose another "
-        "file, or replace it with --force"
+        "file, or replace the table with --force"
     )
 
 

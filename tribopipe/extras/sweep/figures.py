@@ -79,8 +79,8 @@ def plot_sweep(sweep: Sweep, ensemble: Ensemble, found: Found) -> "Figure":
     panels = list(dict.fromkeys(point.key.panel for point in points))
     if len(panels) > _MOST_PANELS:
         raise ManifestError(
-            f"--figure: found {len(panels)} panels to draw; expected at most {_MOST_PANELS}; vary fewer keys, or fewer "
-            "runs, at once"
+            f"--figure: found {len(panels)} panels to draw; expected at most {_MOST_PANELS}; vary fewer keys at once, "
+            "or choose fewer runs"
         )
     figure, grid = _panels(len(panels))
     for ax, panel in zip(grid, panels, strict=True):

@@ -123,7 +123,7 @@ def _parameter(path: str, values: Values, subject: Subject[Any]) -> Parameter:
         )
         raise ManifestError(
             f"{subject.where}: vary.{path}: found an empty range, {told[0].cell:g} to {told[1].cell:g}; "
-            f"expected {expected}; correct it"
+            f"expected {expected}; correct these values"
         )
     return Parameter(path, told, values)
 
@@ -139,7 +139,7 @@ def _ends(path: str, values: Drawn, subject: Subject[Any]) -> tuple[Value, ...]:
     if not isinstance(mean.cell, float) or isinstance(spread, bool) or not isinstance(spread, int | float):
         raise ManifestError(
             f"{subject.where}: vary.{path}: found standard_uncertainty = {spread!r}; expected a value in the "
-            "unit of the mean; correct it"
+            "unit of the mean; correct this value"
         )
     return mean, Value(mean.given, mean.cell + spread, mean.unit)
 

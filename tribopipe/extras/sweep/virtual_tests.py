@@ -100,8 +100,8 @@ def virtual_tests(sweep: Sweep, asked: VirtualTests, beside: Path, recipe: Recip
     """
     if _SEED in sweep.vary:
         raise ManifestError(
-            f"{where}: vary.{_SEED}: found a seed; expected no seed, since each repeat has its own; remove it, and set "
-            "repeats and seed"
+            f"{where}: vary.{_SEED}: found a seed; expected no seed, since each repeat has its own; remove this "
+            "key, and use the keys repeats and seed instead"
         )
     varied: tuple[Parameter, ...] = ()
     cases, repeats = [], sweep.repeats or 1

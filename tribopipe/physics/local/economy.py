@@ -128,13 +128,13 @@ def _check(end: float, increment: float, correct_every: int | None, stress_loss:
     """Raise ``ContactError`` where increments would not come to an end, or make no sense."""
     if not increment * _MOST_INCREMENTS >= end:
         raise ContactError(
-            f"local wear: found increments of {increment:.3g} up to an amount of wear of {end:.3g}; expected at most "
-            f"{_MOST_INCREMENTS:,} increments; use longer increments"
+            f"local wear: found increments of {increment:.3g} for a total amount of wear of {end:.3g}; expected at "
+            f"most {_MOST_INCREMENTS:,} increments; use larger increments"
         )
     if correct_every is not None and correct_every < 1:
         raise ContactError(
-            f"local wear: found corrections every {correct_every} increments; expected a correction after 1 increment "
-            "or more; omit this option for no corrections"
+            f"local wear: found an interval of {correct_every} increments between corrections; expected at least 1 "
+            "increment; omit this option to make no corrections"
         )
     if not 0 <= stress_loss < 1:
         raise ContactError(
@@ -149,7 +149,7 @@ def _stable(step: float, state: _State) -> float:
     if step > limit:
         raise ContactError(
             f"local wear: found an increment of {step:.3g} in the amount of wear; expected at most {limit:.3g} (SI "
-            "units), since a larger one causes a checkerboard pattern in the pressure on this mesh; use smaller "
-            "increments"
+            "units), since a larger increment causes a checkerboard pattern in the pressure on this mesh; use "
+            "smaller increments"
         )
     return step

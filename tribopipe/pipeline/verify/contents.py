@@ -178,7 +178,7 @@ def _check_step(entry: h5py.Group, look: Look, step: Step, there: Mapping[str, s
         look.error("inputs", message, part=part)
     for base, made_from in step.stands_on.items():
         if base in there and made_from != there[base]:
-            message = f"found a step based on a different {base} from the one in the file; expected the one in the file"
+            message = f"found a step based on a different version of '{base}'; expected the version in the file"
             look.warning("inputs", message, _AGAIN, part)
 
 
@@ -242,7 +242,10 @@ def _check_member(look: Look, run_id: str, raw_sha256: str, run: SeenRun | SeenS
         message = f"found a study based on run {run_id}, which cannot be read; expected run {run_id} in the archive"
         look.note("study", message, f"restore the run with `tribopipe restore {run_id}`")
     elif raw_sha256 in run.earlier:
-        message = f"found a study based on {run_id} before its run.toml was amended; expected the current version"
+        message = (
+            f"found a study based on an earlier version of {run_id}, whose run.toml has since been amended; expected "
+            "the current version"
+        )
         look.warning("study", message, "run the study again")
     elif run.raw_sha256 != raw_sha256:
         message = f"found a study based on a different version of run {run_id}; expected the version in the archive"
