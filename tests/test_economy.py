@@ -84,7 +84,7 @@ def test_long_increments_are_refused():
     [
         ({"increment": 0.0}, "increments of 0 for a total amount of wear "),
         ({"increment": 1e-9 * LIMIT}, "increments of .* for a total amount of wear of "),
-        ({"correct_every": 0}, "corrections every 0 increments"),
+        ({"correct_every": 0}, "an interval of 0 increments between corrections"),
         ({"stress_loss": 1.5}, "a stress loss of 1.5"),
         ({"stress_loss": np.nan}, "a stress loss of nan"),
     ],
