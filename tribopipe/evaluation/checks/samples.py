@@ -102,7 +102,7 @@ def empty_channel(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 name,
                 "found no numeric values in the column; expected a recorded signal",
-                "map the column that contains the signal, or remove it from run.toml",
+                "map the column that contains this signal, or remove the signal from run.toml",
             )
 
 
