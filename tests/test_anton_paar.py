@@ -107,7 +107,7 @@ def test_old_export_trimmed_to_five_columns():
         [0.765, 0.8, -0.8554],
     ]
     assert table.notes == (
-        "the file contains no units; assumed, as is usual for these tribometers: Time in s, Distance in m",
+        "the file contains no units; the usual units of these tribometers are assumed: Time in s, Distance in m",
         "'FrictionForce' may be in N or mN; map it with its unit in run.toml",
     )
     assert table.facts == {}

@@ -241,9 +241,9 @@ def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path)
     path.write_bytes(srv())
     made = make_run(Wanted([path], tmp_path, settings=["conditions.normal_load=200 N"]))
     told = (
-        "3 definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction absolute integral' (median "
-        "0.11) and 'COF (peak)' (median 0.17); none is used: map the column that you report to friction_coefficient "
-        "under [signals.columns]"
+        "3 columns with different definitions of friction, 'Friction COF effective value' (median 0.11), 'Friction "
+        "absolute integral' (median 0.11) and 'COF (peak)' (median 0.17); none is used; map the column whose values "
+        "you report to friction_coefficient under [signals.columns]"
     )
     assert f"test.xlsx: {told}" in made.notes
     manifest = made.folder / "run.toml"

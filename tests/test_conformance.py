@@ -279,7 +279,7 @@ FAULTY = {
     "columns differ in length": first_column(values=np.zeros(3)),
     "values are int64, neither float64 nor": first_column(values=np.arange(20)),
     "values are objects other than strings": first_column(values=np.array([1] * 20, dtype=object)),
-    "first_bad does not show": first_column(first_bad=(3, "x")),
+    "first_bad does not indicate": first_column(first_bad=(3, "x")),
     "unit 'furlongs!' is unknown": first_column(unit="furlongs!"),
     "axis 'w' is unknown": first_column(axis="w"),
     "a profile has no axis z": first_column(axis="z"),
@@ -301,8 +301,8 @@ FAULTY = {
         lambda table: replace(table, columns=tuple(replace(c, values=c.values[:-1]) for c in table.columns))
     ),
     "reading twice gives different results": Counts,
-    "a truncated file gives different numbers": KeepsCutNumbers,
-    "a truncated file gives different numbers from": FillsUp,
+    "a truncated file gives numbers that differ": KeepsCutNumbers,
+    "a truncated file gives numbers that differ from": FillsUp,
     "a file written differently gives different numbers": GuessesEncoding,
     "permuted columns change numbers": BindsOrder,
 }

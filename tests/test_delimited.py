@@ -375,7 +375,7 @@ def test_row_cut_in_the_middle():
     message = refusal("Time;Fx;Fz;Depth\n1;2;3;4\n1;2;3;4\n1;2")
     assert message == (
         "signals.csv, line 4: found 2 fields, expected 4; the file ends in the middle of a row: copy it again from "
-        "the instrument, or delete that line"
+        "the instrument, or delete the last line"
     )
     assert "line 2: found 1 field, expected 4" in refusal("Time;Fx;Fz;Depth\n1")
     assert "line 4: found 2 fields, expected 3" in refusal("A B C\n1 2 3\n1 2 3\n1 2\n")

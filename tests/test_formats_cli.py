@@ -138,7 +138,7 @@ class Sure:
 def test_two_that_are_equally_sure_are_named(monkeypatch, files):
     pairs = tuple((name, Sure(name)) for name in ("one", "other"))
     monkeypatch.setattr("tribopipe.readers.reader._loaded", lambda: pairs)
-    with pytest.raises(ReaderError, match="first: found a file that one and other both recognize"):
+    with pytest.raises(ReaderError, match="first: found a file that the readers one and other recognize"):
         read_export(files["first"])
 
 

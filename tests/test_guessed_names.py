@@ -264,7 +264,7 @@ def test_names_of_other_packages_lead_to_those_here(expression, said, known):
 
 @pytest.mark.parametrize("make", [np.asarray, pandas.DataFrame])
 def test_run_is_no_array_of_its_names(make, known):
-    with pytest.raises(TypeError, match=r"found a run used as an array; expected a table; call frame\(\)"):
+    with pytest.raises(TypeError, match=r"found a run in place of an array; expected a table; call frame\(\)"):
         make(known["run"])
 
 

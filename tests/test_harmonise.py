@@ -90,7 +90,9 @@ def test_a_column_that_not_every_file_has_is_left_out_with_a_note(sample_run):
     write_strokes(sample_run, "Time [s],Depth [um],Oil\n0,1,2\n", "Time [s],Depth [um]\n1,1\n")
     run = read_run(sample_run)
     assert list(run.extras) == ["file"]
-    assert any("omitted 'Oil', which not every file contains" in note for note in run.notes)
+    assert any(
+        "columns omitted, since not all files contain them in the same unit: 'Oil'" in note for note in run.notes
+    )
 
 
 def test_a_file_of_other_signals_does_not_continue_the_test(sample_run):

@@ -165,7 +165,7 @@ def test_values_of_x_for_each_channel():
 def test_channels_with_times_of_their_own_have_none_in_common():
     table = with_many_x("0.2")
     assert column(table, "X_Value").signal is None
-    assert any("each channel has its own times" in note for note in table.notes)
+    assert any("the channels were sampled at different times" in note for note in table.notes)
 
 
 def test_seconds_since_1904_are_no_time_since_the_start():

@@ -303,11 +303,11 @@ def test_channels_over_the_same_time_base_stand_side_by_side(lab):
     [
         (
             table("Wear [um]", range(20)),
-            "wear.csv: found 20 rows and columns that differ from force.csv, which has 30 rows",
+            "wear.csv: found 20 rows and columns that differ from those of force.csv, which has 30 rows",
         ),
         (
             table("Wear [um]", range(30)).replace(b"\n0.5,", b"\n0.55,"),
-            "wear.csv: found times that differ from force.csv",
+            "wear.csv: found times that differ from those in force.csv",
         ),
     ],
 )
@@ -415,7 +415,7 @@ def test_files_without_any_known_column_still_become_a_folder(lab):
     (lab / "a.csv").write_bytes(b"CH1,CH2\n1,0.5\n2,0.5\n3,0.5\n")
     made = make_run(Wanted([lab / "a.csv"]))
     assert made.missing == ("conditions.normal_load",)
-    assert "none with a known meaning" in made.problem
+    assert "none of which is recognized as a signal" in made.problem
     assert "[signals.columns]" in (made.folder / "run.toml").read_text(encoding="utf-8")
 
 
@@ -471,10 +471,10 @@ def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written,
         ("conditions.normal_load", "found no '='"),
         ("conditions.normal_laod=5 N", "did you mean 'normal_load'"),
         ("conditions.normal_load=5", "without a unit|bare number"),
-        ("conditions=5 N", "a key that cannot be filled in; expected a key such as conditions.normal_load"),
-        ("signals.reader=x", "a key that cannot be filled in"),
-        ("contact.pin.radius.value=x", "a key that cannot be filled in"),
-        ("id=x", "a key that cannot be filled in"),
+        ("conditions=5 N", "a key that cannot be set; expected a key such as conditions.normal_load"),
+        ("signals.reader=x", "a key that cannot be set"),
+        ("contact.pin.radius.value=x", "a key that cannot be set"),
+        ("id=x", "a key that cannot be set"),
         ("conditions.normal_load={ value = '5 mm' }", "found the unit 'mm'"),
     ],
 )

@@ -146,11 +146,11 @@ def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
         "test_1.csv": "an exact duplicate of copy of test_1.csv",
         "test_2.txt": "another file is already used for the run test_2",
     }
-    note = "it is 17 % as long as the other tests in the folder: was the test stopped early?"
+    note = "this test is 17 % as long as the others in the folder: was it stopped early?"
     assert told["runs"][4]["notes"] == [note]
     again = run_cli("new", "exports", "--set", "conditions.normal_load=5 N", "--into", "runs")
     assert again.exit_code == 1
-    assert "found no export from which a run can be created" in again.stderr
+    assert "found no file from which a run can be created" in again.stderr
 
 
 def test_a_broken_export_stops_no_other_and_is_a_failure(run_cli, lab):

@@ -91,7 +91,7 @@ def test_scan_lines_with_too_few_points_are_left_out():
     points = scan_lines(0, 1, 2).splitlines(keepends=True)
     _, lines, notes = profiles("".join(points[: 3 * len(X) + 5]), Units("mm", "um"))
     assert len(lines) == 3
-    assert notes == ["1 of 4 scan lines omitted, with fewer than 20 points each"]
+    assert notes == ["1 of 4 scan lines omitted, since they have fewer than 20 points each"]
 
 
 def test_keys_count_profiles_over_files_and_lines(tmp_path):

@@ -147,7 +147,7 @@ def test_a_file_known_to_hold_nothing_is_refused_by_name():
 
 def test_tie_names_both(installed):
     installed(sure=here(Sure))
-    with pytest.raises(ReaderError, match=r"a\.csv: found a file that ducom-winducom and sure both recognize"):
+    with pytest.raises(ReaderError, match=r"a\.csv: found a file that the readers ducom-winducom and sure recognize"):
         registry.detect(SourceFile("a.csv", WINDUCOM))
     assert registry.detect(SourceFile("a.csv", b"Time;Depth\n1;2\n")).name == "sure"
 
@@ -167,7 +167,7 @@ def test_only_readers_for_what_a_file_should_hold_are_asked(installed):
     source = SourceFile("a.csv", b"Time;Depth\n1;2\n")
     assert registry.detect(source, "profile").name == "sure-profile"
     assert registry.detect(source, "signals").name == "sure"
-    with pytest.raises(ReaderError, match="sure-profile and sure both recognize"):
+    with pytest.raises(ReaderError, match="sure-profile and sure recognize"):
         registry.detect(source)
 
 

@@ -17,7 +17,10 @@ from tribopipe.results.run import SourceFile
 
 READER = SerialFramesReader()
 REAL_FILE = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "pinondiskapp-es" / "data" / "celda_sim.csv"
-NO_TIME = "frames contain no time; map time or sliding distance from a file with one row per frame"
+NO_TIME = (
+    "found frames without time stamps; expected a time or sliding distance for each frame; map time or sliding distance "
+    "from a file with one row per frame"
+)
 
 
 def test_is_a_reader_and_claims_its_files_alone():

@@ -149,7 +149,7 @@ def test_a_step_number_that_changes_where_time_goes_on_is_refused_with_its_line(
 
 def test_time_that_begins_again_within_a_step_is_refused_with_its_line(lab):
     content = rtec_ladder().replace(b"\n10,", b"\n7,")
-    told = r"line 3604: found 0.1 s after 180 s within step 7; expected time to increase within a step"
+    told = r"line 3604: found a time of 0.1 s after 180 s within step 7; expected time to increase within a step"
     with pytest.raises(ReaderError, match=told):
         make_runs(Wanted([put(lab, "log.csv", content)], lab, split="Step"))
     assert [path.name for path in lab.iterdir()] == ["log.csv"]

@@ -170,7 +170,7 @@ def test_broken_chain_and_boasting_channels_are_refused():
         read(SMALL + bytes(40))
     boast = SMALL.replace(struct.pack("<IQ", 1, 5), struct.pack("<IQ", 1, 5 << 40), 1)
     assert boast != SMALL
-    with pytest.raises(ReaderError, match="channels of 48 bytes in total, but 50 in the segments"):
+    with pytest.raises(ReaderError, match="the channels contain 48 bytes in total, but the segments 50"):
         read(boast)
 
 

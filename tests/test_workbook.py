@@ -158,8 +158,8 @@ def test_numbers_stored_as_text():
     ("sheets", "expected"),
     [
         ({"Data": []}, "found no visible sheet with data"),
-        ({"Data": [["Time [s]", "Ft [N]"]]}, r"sheet 'Data', line 1: found .* and no data row"),
-        ({"Data": [[1.0, 2.0], [3.0, 4.0]]}, r"sheet 'Data', line 1: found data without a header row"),
+        ({"Data": [["Time [s]", "Ft [N]"]]}, r"sheet 'Data', line 1: found .*, but no data row"),
+        ({"Data": [[1.0, 2.0], [3.0, 4.0]]}, r"sheet 'Data', line 1: found data rows without a header row"),
     ],
     ids=["empty", "names-alone", "numbers-alone"],
 )

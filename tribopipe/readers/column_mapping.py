@@ -52,7 +52,9 @@ def with_file(
             f"{name}: no such file; expected the {what} specified in run.toml; {did_you_mean(name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check the file and its permissions") from None
+        raise ReaderError(
+            f"{name}: cannot be read ({error.strerror}); expected a readable file; check its permissions"
+        ) from None
 
 
 def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadColumn:
@@ -64,8 +66,8 @@ def find_column(table: ReadTable, wanted: str, meaning: str, file: str) -> ReadC
     names = [column.name for column in table.columns]
     if len(found) > 1:
         raise ReaderError(
-            f"{file}: found {len(found)} columns that could be {wanted!r} for {meaning}; expected one column; add "
-            f"the unit to the name: {', '.join(repr(column.name) for column in found)}"
+            f"{file}: found {len(found)} columns that match {wanted!r} for {meaning}; expected one column; specify "
+            f"the name with its unit: {', '.join(repr(column.name) for column in found)}"
         )
     raise ReaderError(
         f"{file}: found no column {wanted!r} for {meaning}; expected it in the header; {did_you_mean(wanted, names)}"
@@ -182,8 +184,8 @@ def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
     if not meanings:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
-            f"{file}: found the columns {names}, none with a known meaning; map signals to columns under "
-            "[signals.columns] in run.toml"
+            f"{file}: found the columns {names}, none of which is recognized as a signal; expected at least one "
+            "signal; map columns to signals under [signals.columns] in run.toml"
         )
     return meanings
 
@@ -272,7 +274,7 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
     torques = [
         f"{name} in {unit_of(column, told)} is treated as a torque about the axis"
         if told is not None or arms.friction is not None
-        else f"column {column.name!r} is a friction torque and is not used: run.toml states no track radius"
+        else f"column {column.name!r} is a friction torque and is not used, since run.toml specifies no track radius"
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if name == "friction_force" and is_unit_of(unit_of(column, told) or "1", "torque")

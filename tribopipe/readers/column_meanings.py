@@ -248,8 +248,8 @@ def definitions_note(columns: Sequence[ReadColumn], taken: str | None) -> str | 
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
     choice = "none is used" if taken is None else f"{taken!r} is used"
     return (
-        f"{len(found)} definitions of friction, {listed}; {choice}: map the column that you report to "
-        "friction_coefficient under [signals.columns]"
+        f"{len(found)} columns with different definitions of friction, {listed}; {choice}; map the column whose "
+        "values you report to friction_coefficient under [signals.columns]"
     )
 
 

@@ -243,7 +243,7 @@ class _Inquiry:
             if table is not None:
                 noted = not set(table.notes) <= set(whole.notes)
                 begins = _begins(table, whole) or (noted and _begins(table, whole, but=1))
-                self.require(begins, "a truncated file gives different numbers from the complete one", case)
+                self.require(begins, "a truncated file gives numbers that differ from those of the complete file", case)
 
     def disguised(self, example: Example, whole: ReadTable) -> None:
         """Write a text differently: it must be refused, or give the same numbers; missing ones must be noted."""
@@ -297,7 +297,7 @@ def _column_problems(column: ReadColumn) -> Iterator[str]:
     if is_text and not all(isinstance(value, str) for value in values):
         yield "values are objects other than strings"
     if is_text != (column.first_bad is not None):
-        yield "first_bad does not show whether there is a string among the values"
+        yield "first_bad does not indicate whether the values contain a string"
     if column.unit is not None and not is_unit(column.unit):
         yield f"unit {column.unit!r} is unknown"
     if column.axis not in (None, *get_args(Axis)):

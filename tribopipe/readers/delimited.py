@@ -112,7 +112,7 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
     if layout.width > _WIDEST:
         raise ReaderError(
             f"{text.name}, line {layout.line}: found {layout.width} columns; expected at most {_WIDEST}; check that "
-            "the file has kept its line endings"
+            "the line endings of the file are intact"
         )
     parsed = _parsed(text, layout)
     _refuse_short_rows(text, layout, parsed[-1])
@@ -341,7 +341,7 @@ def _refuse_short_rows(text: Text, layout: Layout, last: Parsed) -> None:
         final = row
     whole = layout.width if text.unterminated else layout.least
     if final is not None and len(final.cells) < whole:
-        cut = "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
+        cut = "the file ends in the middle of a row: copy it again from the instrument, or delete the last line"
         raise _too_short(text, final, whole, amend if text.partial else cut)
 
 
@@ -376,6 +376,6 @@ def _too_wide(text: Text, layout: Layout) -> ReaderError:
 
 def _unclosed(text: Text, line: int) -> ReaderError:
     return ReaderError(
-        f"{text.name}, line {line}: found an unmatched quotation mark, here or in the next line; expected a "
+        f"{text.name}, line {line}: found an unmatched quotation mark in this line or the next; expected a "
         "closing quotation mark; correct that line"
     )

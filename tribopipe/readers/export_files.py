@@ -153,7 +153,7 @@ def _judged(source: SourceFile, reader: Reader | None, holds: Holds | None) -> l
 def _first_rows(text: LongText) -> ReadTable:
     table = next(text.tables({}))
     rows = len(table.columns[0].values)
-    note = f"too long to read at once: examined the first {rows:,} of about {text.most_rows:,} rows"
+    note = f"too large to read at once: only the first {rows:,} of about {text.most_rows:,} rows were examined"
     return replace(table, notes=(*table.notes, note))
 
 
@@ -172,7 +172,9 @@ def _opened(path: Path, read: Callable[[Path], T]) -> T:
             f"{path}: no such file; expected an instrument file; {did_you_mean(path.name, beside(path))}"
         ) from None
     except OSError as error:
-        raise ReaderError(f"{path}: cannot be read ({error.strerror}); check the file and its permissions") from None
+        raise ReaderError(
+            f"{path}: cannot be read ({error.strerror}); expected a readable file; check its permissions"
+        ) from None
 
 
 def chosen_reader(named: str) -> Reader:

@@ -179,7 +179,7 @@ def _joined(names: Sequence[str], parts: Sequence[Part], notes: list[str]) -> Pa
     others = dict.fromkeys(label for part in parts for label in part.extras if label not in extras)
     if others:
         labels = ", ".join(map(repr, others))
-        notes.append(f"{spoken(names)}: omitted {labels}, which not every file contains in the same unit")
+        notes.append(f"{spoken(names)}: columns omitted, since not all files contain them in the same unit: {labels}")
     rows = [len(next(iter(part.columns.values()))) for part in parts]
     extras[_free_name("file", extras)] = ExtraColumn(np.repeat(np.arange(1.0, len(parts) + 1), rows), "1")
     return Part({name: np.concatenate([part.columns[name] for part in parts]) for name in first.columns}, extras)
@@ -195,7 +195,7 @@ def _add(gathered: _Gathered, part: Part, file: str) -> None:
     if length is not None and found != length:
         raise ReaderError(
             f"{file}: found {found:,} rows, but {length:,} in the previous files; expected one row per sample in "
-            "every file; first merge them on a common time base"
+            "every file; first merge the files on a common time base"
         )
     for name, values in part.columns.items():
         if name in gathered.columns:

@@ -191,7 +191,7 @@ def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
     for key, facts in found.items():
         if len({fact.value for fact in facts}) > 1:
             listed = " and ".join(repr(line) for line in dict.fromkeys(fact.line for fact in facts))
-            notes.append(f"the header lines {listed} differ for {key}, and none of them is used")
+            notes.append(f"the header lines {listed} give different values for {key}; none of them is used")
     once = {key: facts[0] for key, facts in found.items() if len({fact.value for fact in facts}) == 1}
     return HeaderFacts(
         {key: fact.value for key, fact in once.items()}, {key: fact.line for key, fact in once.items()}, tuple(notes)

@@ -93,7 +93,8 @@ def _maybe_thousands(table: Table) -> str | None:
     for line, column, number in signed:
         if column in plain or table.separator == ",":
             return (
-                f"line {line}: found {number!r} among integers, where the separator may be decimal or thousands; "
+                f"line {line}: found {number!r} among integers, where the separator may be a decimal or a thousands "
+                "separator; "
                 "expected an unambiguous decimal separator; specify decimal in run.toml, and remove thousands "
                 "separators"
             )
@@ -114,8 +115,9 @@ def _cut_number(text: Text, table: Table) -> str | None:
     if len(above) < 2 or len(decimals) != 1 or not found or _decimals(found) >= decimals.pop():
         return None
     return (
-        f"last line: found {found!r} with fewer decimals than above and without a line ending; expected complete rows; "
-        "the file ends in the middle of a row: copy it again from the instrument, or delete that line"
+        f"last line: found {found!r} with fewer decimal places than the numbers above it and without a line ending; "
+        "expected complete rows; "
+        "the file ends in the middle of a row: copy it again from the instrument, or delete the last line"
     )
 
 

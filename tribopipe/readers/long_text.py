@@ -58,7 +58,9 @@ def _unchanged(path: Path, name: str, sha256: str) -> Iterator[bytes]:
             found.update(piece)
             yield piece
     except OSError as error:
-        raise ReaderError(f"{name}: cannot be read ({error.strerror}); check the file and its permissions") from None
+        raise ReaderError(
+            f"{name}: cannot be read ({error.strerror}); expected a readable file; check its permissions"
+        ) from None
     if found.hexdigest() != sha256:
         raise changed(name)
 

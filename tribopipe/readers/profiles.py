@@ -175,7 +175,9 @@ def _account(lines: int, profiles: list[Profile], fewest: int, file: str, key: s
             "export the complete profile"
         )
     if len(profiles) < lines:
-        notes.append(f"{lines - len(profiles)} of {lines} scan lines omitted, with fewer than {_FEWEST} points each")
+        notes.append(
+            f"{lines - len(profiles)} of {lines} scan lines omitted, since they have fewer than {_FEWEST} points each"
+        )
 
 
 def _reader_for(source: SourceFile, named: ProfileSource, key: str) -> Reader:

@@ -125,7 +125,7 @@ _CONFIDENT = 0.5
 _PLAIN = "delimited"
 """Reader that takes what is a table at all, so that it knows best what is missing in a file."""
 _KNOWN = (
-    "; expected a format listed by `tribopipe formats list`; specify it as reader, describe it in a reader "
+    "; expected a format listed by `tribopipe formats list`; specify the reader, describe the format in a reader "
     "profile, or export the file as a plain table"
 )
 _HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
@@ -204,8 +204,8 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
     best = [reader.name for reader, match in sure if match.confidence == sure[0].match.confidence]
     if len(best) > 1:
         raise ReaderError(
-            f"{source.name}: found a file that {' and '.join(best)} both recognize with equal confidence; expected one "
-            f'format; specify reader = "{best[0]}" in run.toml, or --reader {best[0]}'
+            f"{source.name}: found a file that the readers {' and '.join(best)} recognize with equal confidence; "
+            f'expected one reader; specify reader = "{best[0]}" in run.toml, or --reader {best[0]}'
         )
     return sure
 

@@ -210,7 +210,7 @@ class Steps:
             if known is None:
                 raise ReaderError(
                     f"{self.file}: found no column with step numbers; expected one, since run.toml selects steps; "
-                    'specify step_column = "Step", or remove steps'
+                    'specify step_column = "Step", or delete the key steps'
                 )
             return known
         return name
@@ -250,7 +250,8 @@ class Steps:
         if len(rows):
             row = int(rows[0])
             raise ReaderError(
-                f"{self.file}, {place(int(known[row]))}: found {time[row]:g} s after {time[row - 1]:g} s within step "
+                f"{self.file}, {place(int(known[row]))}: found a time of {time[row]:g} s after {time[row - 1]:g} s "
+                "within step "
                 f"{numbers[row]:g}; expected time to increase within a step; correct the rows, or export the test again"
             )
 

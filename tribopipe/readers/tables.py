@@ -350,16 +350,16 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -
         found = line if len(line) <= 40 else f"{line[:39]}…"
         below = "below" if len(lines) < SAMPLE_LINES else f"in the first {SAMPLE_LINES} lines"
         return (
-            f"{where}: found {found!r} and no data row {below}; expected a header row and data rows; "
+            f"{where}: found {found!r}, but no data row {below}; expected a header row and data rows; "
             "export the file again with its data"
         )
     if any(table.width > 1 for table in tables):
         table = max(tables, key=lambda table: (table.width > 1, table.coverage))
         where = f"{text.name}, line {table.rows[table.body].line}"
         return (
-            f"{where}: found data without a header row above; expected column names such as 'Time [s]', 'Depth [um]' "
-            "with the same separators; add a header row to a copy of the file, or list the names of the columns in a "
-            "reader description (tribopipe help readers)"
+            f"{where}: found data rows without a header row; expected column names such as 'Time [s]', 'Depth [um]' "
+            "with the same separators; add a header row to a copy of the file, or list the column names in a reader "
+            "profile (`tribopipe help readers`)"
         )
     under = f"with the separator {hints.separator!r}" if hints.separator else "with any known separator"
     return (

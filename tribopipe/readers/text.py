@@ -182,8 +182,8 @@ def sample_lines(text: Text) -> list[str]:
         if len(line) > LONGEST_LINE:
             raise ReaderError(
                 f"{text.name}, line {number}: found more than {LONGEST_LINE:,} characters in one line; expected a "
-                f"table of at most {MOST_COLUMNS} columns; check that this file is a table and has kept its line "
-                "endings"
+                f"table of at most {MOST_COLUMNS} columns; check that this file is a table and that its line endings "
+                "are intact"
             )
     if not rest and len(lines) < SAMPLE_LINES and all(map(str.isspace, lines)):
         raise ReaderError(

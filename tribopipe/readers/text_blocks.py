@@ -95,7 +95,7 @@ def _rows_between(text: Text, start: int, end: int) -> tuple[int, int] | None:
     if filled - first > LONGEST_LINE and not LINE_END.search(content, first, first + LONGEST_LINE):
         raise ReaderError(
             f"{text.name}, line {line_at(text, first)}: found more than {LONGEST_LINE:,} characters in one line; "
-            "expected a data row; check that the file has kept its line endings"
+            "expected a data row; check that the line endings of the file are intact"
         )
     last = LINE_END.search(content, filled, end)
     return first, last.end() if last else end

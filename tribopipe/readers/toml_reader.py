@@ -47,7 +47,8 @@ def search(pattern: str, texts: Sequence[str], file: str) -> tuple[int, str] | N
         found = json.loads(answer_of("regex_search.py", asked, remedy=""))
     except ReaderError:
         raise ReaderError(
-            f"{file}: found a search for {pattern!r} that does not end; expected a pattern that matches or fails "
+            f"{file}: found the pattern {pattern!r}, which takes too long to match; expected a pattern that matches "
+            "or fails "
             "immediately; simplify the pattern and avoid nested repetition"
         ) from None
     return None if found is None else (found[0], found[1])
@@ -243,9 +244,9 @@ def _calibrated(column: ReadColumn, name: str, calibration: Calibration, file: s
     if count and calibration.outside == "error":
         row = int(np.flatnonzero(outside)[0])
         raise ReaderError(
-            f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where}, and {count} "
-            "such readings in total; expected only readings within the calibrated range; extend the calibration, "
-            'or write outside = "missing" in the profile'
+            f"{file}: found {values[row]:g} {calibration.reading} in row {row + 1} of the table, {where} ({count} "
+            "such readings in total); expected only readings within the calibrated range; extend the calibration, "
+            'or set outside = "missing" in the profile'
         )
     note = f"{column.name!r} is in {calibration.unit} with the calibration {name!r}"
     note += f"; {count} readings {where} are missing" if count else ""

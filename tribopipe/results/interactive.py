@@ -104,7 +104,9 @@ class Tabular(Displayed):
 
     def __array__(self, *_: Any, **__: Any) -> Any:
         """Raise ``TypeError``: an array would have lost the names and units of the columns, or only have the names."""
-        raise TypeError(f"run {self.id}: found a run used as an array; expected a table; call frame()")
+        raise TypeError(
+            f"run {self.id}: found a run in place of an array; expected a table; call frame() to obtain one"
+        )
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()

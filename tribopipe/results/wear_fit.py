@@ -219,7 +219,7 @@ class WearFit(FitRecord):
             raise FitError(f"{self}; expected a run with these inputs; add them to run.toml, and ingest the run again")
         names = ", ".join(f"fit.bodies[{name!r}].wear_coefficient" for name in self.bodies)
         raise FitError(
-            f"{self.model}: found k_D of {len(self.bodies)} bodies; expected k_D of a single body; use {names}"
+            f"{self.model}: found k_D for {len(self.bodies)} bodies; expected k_D for a single body; use {names}"
         )
 
     @property

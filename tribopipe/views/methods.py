@@ -154,7 +154,8 @@ def references_of(methods: Iterable[Method]) -> list[str]:
 
 _CLEAN_UP = Method(
     "Signal preprocessing",
-    "Signals were preprocessed in named steps, which are listed with their changes. The recorded signals are kept "
+    "The signals were preprocessed in named steps; each step is listed with the changes it made. The recorded signals "
+    "are kept "
     "unchanged.",
 )
 _DRIFT = Method(
@@ -182,7 +183,8 @@ _DRIFT_BY_MODEL = Method(
     ),
     "y is the depth signal, g the scale of the sensor, z the zero offset, r the drift rate, h the wear of the pin, "
     "h_d that of the disc, and h_end the measured wear of the pin. Settling with the amplitude a and the time "
-    "constant τ, and a shift with the recorded temperature, are alternatives, weighted by their evidence. f "
+    "constant τ, and a shift with the recorded temperature, are alternative contributions, weighted by their model "
+    "evidence. f "
     "represents low-frequency fluctuations as a stationary Matérn process whose amplitude and correlation length are "
     "marginalized; e is the noise of block averages.",
     references=(MATERN,),
@@ -384,8 +386,8 @@ _MODEL = Method(
 )
 _BOTH_DISCS = Method(
     "Identification of both k_D values",
-    "The coefficients of both discs were fitted together by weighted least squares to all measurements on them, at the "
-    "end of the test and at its interruptions.",
+    "The coefficients of both discs were fitted together by weighted least squares to all measurements of the discs, "
+    "taken at the end of the test and at interruptions.",
 )
 _BUDGET = Method(
     "Uncertainty budget",

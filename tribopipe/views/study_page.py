@@ -56,7 +56,8 @@ def _sentences(result: StudyResult) -> Iterator[str]:
         for law in result.laws:
             if law.model not in comparison.delta_aic:
                 yield (
-                    f"{run_id}: {law_title(law.model)} is not compared, since the run does not determine its parameters"
+                    f"{run_id}: {law_title(law.model)} is not compared, since its parameters cannot be determined "
+                    "from the run"
                 )
     for left_out in result.left_out:
         yield f"excluded: {left_out.id} ({left_out.reason})"

@@ -128,7 +128,9 @@ def _others(archive: Path) -> Iterator[Look]:
         if path.is_symlink() and not path.exists():
             look.error("folder", "found a broken link; expected the file itself", "restore its target")
         else:
-            look.note("folder", "found a file not written by tribopipe; expected runs and studies", "move it elsewhere")
+            look.note(
+                "folder", "found a file not written by tribopipe; expected only runs and studies", "move it elsewhere"
+            )
         yield look
 
 
@@ -150,6 +152,11 @@ def _colliding(archive: Path) -> Iterator[Look]:
         alike[name.casefold()].append(name)
     for names in (sorted(names) for names in alike.values() if len(names) > 1):
         look = Look(names[0])
-        message = f"found {', '.join(names[1:])}, which differs only in upper and lower case; expected different IDs"
-        look.warning("folder", message, "move one of them elsewhere: on Windows and macOS, one would replace the other")
+        message = (
+            f"found {', '.join(names[1:])}, identical to this name except for case; expected names that differ in more "
+            "than case"
+        )
+        look.warning(
+            "folder", message, "move one of them to another folder: on Windows and macOS, one would overwrite the other"
+        )
         yield look

@@ -118,13 +118,14 @@ def _look_at_itself(archive: Path, account: Account, against: str) -> Look:
         look.error("history", message, f"restore it from a backup, or {begin}")
     elif missing:
         message = (
-            f"found missing history lines (hash of the last missing line: {missing[:16]}); expected a complete history"
+            f"found a history with missing lines (hash of the last of these: {missing[:16]}); expected a complete "
+            "history"
         )
         look.error("history", message, f"restore it from a backup, or {begin}")
     for problem in account.problems:
         look.error("history", problem.found, f"restore it from a backup, or {begin}", f"line {problem.line}")
     if against and not account.has(against):
-        message = f"found no line with the hash {against} specified with --against; expected this line in the history"
+        message = f"found no line with the hash {against} in the history; expected the line specified with --against"
         look.error("history", message, _RESTORE)
     return look
 
@@ -157,17 +158,17 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
             return None
         look.note(
             "history",
-            "found a file that was added by hand; expected only files written here by tribopipe",
+            "found a file that was added by hand; expected only files that tribopipe has written to this archive",
             "no action is needed",
         )
         return entry("adopted", look.name, after=state)
     if known.foreign:
-        message = f"found that the file was replaced before tribopipe changed it on {known.foreign}; expected the"
+        message = f"found a file that had been replaced before tribopipe changed it on {known.foreign}; expected the"
         look.error("history", f"{message} file written by tribopipe", f"compare it with a backup, and {mend}")
     elif state is None and None not in known.states:
         look.error(
             "history",
-            f"found no file, although it was written on {known.date}; expected the file",
+            f"found no file; expected the file written on {known.date}",
             f"restore it from a backup, or {mend}",
         )
     elif state not in known.states and look.name in sound:
@@ -179,7 +180,7 @@ def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entr
 
 def _other(known: Known, state: State) -> str:
     if state in known.earlier:
-        return f"found the version of {known.earlier[state]}; expected the version written on {known.date}"
+        return f"found the version written on {known.earlier[state]}; expected the version written on {known.date}"
     return f"found a file that differs from the one written on {known.date}; expected the file written on that date"
 
 

@@ -99,7 +99,7 @@ def _attributes(part: h5py.Group | h5py.Dataset) -> dict[str, Any]:
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NUMBER = "fiu"
 """Kinds of types: floating, signed, unsigned."""
-_REDO = "`tribopipe process --force` writes it again; if that does not help, restore the file from a backup"
+_REDO = "run `tribopipe process --force` to write the file again; if that does not help, restore it from a backup"
 _DEFINITION = "/entry/definition"
 _ROOT_ATTRIBUTES = ("default", "creator", "creator_version")
 _ANY_ATTRIBUTE = ("NXcollection", "NXdata")
@@ -129,7 +129,7 @@ def _definition_faults(root: Group) -> Iterator[Fault]:
     if isinstance(said, Field) and said.attributes.get("version") != str(definition.version):
         yield Fault(
             _DEFINITION,
-            f"found a version other than {definition.version}; expected the version for the format of the file",
+            f"found another version of the definition; expected version {definition.version}, as for this file format",
         )
     yield from _faults("", root, GroupPart("", "NXroot", "", (definition.entry,), attributes=_ROOT_ATTRIBUTES), root)
 
@@ -167,12 +167,12 @@ def _attribute_faults(path: str, group: Group, declared: GroupPart) -> Iterator[
     if declared.nx_class in _ANY_ATTRIBUTE:
         return
     for name in group.attributes.keys() - {"NX_class", *declared.attributes}:
-        yield Fault(path, f"found the attribute {name!r}; expected none of that name in an {declared.nx_class}")
+        yield Fault(path, f"found the attribute {name!r}; expected no attribute of this name in an {declared.nx_class}")
 
 
 def _member_faults(path: str, name: str, member: Member, holder: GroupPart, root: Group) -> Iterator[Fault]:
     if not _NAME.fullmatch(name):
-        yield Fault(path, "found a name that NeXus does not allow; expected letters, digits and _")
+        yield Fault(path, "found a name that NeXus does not allow; expected only letters, digits and _")
     declared = holder.member(name, _text(member, "NX_class") if isinstance(member, Group) else None)
     if declared is None:
         yield Fault(path, "found an item that is not in the file's definition; expected no item with this name")
@@ -200,7 +200,7 @@ def _field_faults(path: str, member: Field, declared: FieldPart) -> Iterator[Fau
         found = "no units" if _unit(member) is None else f"the units {_unit(member)!r}"
         yield Fault(path, f"found {found}; expected {' or '.join(declared.units)}")
     for wrong in {"signal", "axis"} & member.attributes.keys():
-        yield Fault(path, f"found the attribute {wrong!r} on a field; expected it on the group of the field")
+        yield Fault(path, f"found the attribute {wrong!r} on a field; expected it on the group that contains the field")
 
 
 def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
@@ -213,7 +213,8 @@ def _uncertainty_faults(path: str, group: Group) -> Iterator[Fault]:
         if not all(isinstance(one, Field) and one.kind in _NUMBER for one in told) or _unit(of) != _unit(member):
             yield Fault(
                 f"{path}/{name}",
-                "found a standard uncertainty without a value in the same unit; expected both in the same unit",
+                "found a standard uncertainty without a value in the same unit; expected a value and its uncertainty "
+                "in the same unit",
             )
 
 
@@ -272,7 +273,7 @@ def _axis_faults(path: str, data: Group, axis: str, place: int, length: int, roo
     if field is None:
         yield Fault(path, f"found no field for the axis {axis!r}; expected a field of this name")
     elif field.shape != (length,):
-        yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), as for the signal")
+        yield Fault(path, f"found the axis {axis!r} of shape {field.shape}; expected ({length},), to match the signal")
     if data.attributes.get(f"{axis}_indices", -1) != place:
         yield Fault(path, f"found no attribute {axis}_indices = {place}; expected the attribute with this value")
 
@@ -281,7 +282,7 @@ def _unit_faults(path: str, data: Group, names: Sequence[str], root: Group) -> I
     for name in names:
         field = _plotted(data, name, root)
         if field is not None and _unit(field) is None:
-            yield Fault(f"{path}/{name}", "found no units; expected the attribute units on every plotted field")
+            yield Fault(f"{path}/{name}", "found no units; expected the attribute 'units' on every plotted field")
 
 
 def _default_faults(root: Group) -> Iterator[Fault]:
@@ -289,7 +290,7 @@ def _default_faults(root: Group) -> Iterator[Fault]:
     entry = root.members.get(_text(root, "default") or "")
     data = entry.members.get(_text(entry, "default") or "") if isinstance(entry, Group) else None
     if not isinstance(data, Group) or _text(data, "NX_class") != "NXdata":
-        yield Fault("", "found no plot under the attribute 'default'; expected the path to an NXdata group")
+        yield Fault("", "found no plot specified by the attribute 'default'; expected the path to an NXdata group")
 
 
 def _plotted(data: Group, name: str | None, root: Group) -> Field | None:

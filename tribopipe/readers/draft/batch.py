@@ -74,8 +74,8 @@ def make_each(
     if not plans:
         why = f" ({left_out[0].file}: {left_out[0].why})" if left_out else ""
         raise ReaderError(
-            f"{wanted.files[0]}: found no export from which a run can be created{why}; expected at least one export; "
-            "specify its files"
+            f"{wanted.files[0]}: found no file from which a run can be created{why}; expected at least one recording "
+            "of a test; specify its files"
         )
     _name_aborted(plans)
     if measured is not None:
@@ -148,9 +148,9 @@ def _name_aborted(plans: Sequence[RunPlan]) -> None:
     for plan, length in zip(plans, lengths, strict=True):
         if length < _ABORTED * usual:
             share = f"{100 * length / usual:.0f} %"
-            plan.draft.known.doubt("comment", "aborted", f"it is {share} as long as the other tests of the folder")
+            plan.draft.known.doubt("comment", "aborted", f"this test is {share} as long as the others in the folder")
             plan.draft.known.dissent.append(
-                f"it is {share} as long as the other tests in the folder: was the test stopped early?"
+                f"this test is {share} as long as the others in the folder: was it stopped early?"
             )
 
 

@@ -42,7 +42,7 @@ _LONGEST_ID = 100
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _NOTHING_MEASURED = (
-    "found no post-test measurement; expected at least one, since nothing was recorded; add a scar dimension, "
+    "found no post-test measurement; expected at least one, since no signals were recorded; add a scar dimension, "
     "a mass loss or a wear volume under [end_values] in run.toml"
 )
 _DIALECT = ("encoding", "separator", "decimal")
@@ -267,7 +267,7 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
 def _one_test(group: Group) -> str:
     return (
         f"{len(group.exports)} files are treated as one test, in sequence, although the clock restarts in each; "
-        "for separate tests, create one run each, or use `tribopipe watch FOLDER`"
+        "for separate tests, create one run per file, or use `tribopipe watch FOLDER`"
     )
 
 
@@ -289,7 +289,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
     if not groups:
         raise ReaderError(
             f"{exports[0].name}: found a profile ({exports[0].reader.title}); expected at least one signal file "
-            "as well, since a run is the recording of a test; specify this file too"
+            "as well, since a run is the recording of a test; specify the signal file too"
         )
     in_order = [export for group in groups for export in group.exports]
     known = gather(defaults.template, defaults.name, wanted.settings, in_order, wanted.measured)

@@ -383,7 +383,7 @@ def _strange(key: str) -> str | None:
     names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
     if key in sections() or key in _ELSEWHERE or table not in sections():
         example = f"{key}.{next(iter(sections()[key].model_fields))}" if key in sections() else LOAD
-        return f"{key}: found a key that cannot be filled in; expected a key such as {example}"
+        return f"{key}: found a key that cannot be set; expected a key such as {example}"
     return None if name in names else f"{key}: unknown key; {did_you_mean(name, names)}"
 
 

@@ -97,8 +97,8 @@ class EndsTable(NamedTuple):
         for row in self.rows:
             if row.run.casefold() not in known:
                 raise ManifestError(
-                    f"{self.name}, line {row.line}: found the run {row.run!r} without a file; expected a run "
-                    f"among the specified files; {did_you_mean(row.run, list(names))}"
+                    f"{self.name}, line {row.line}: found the run {row.run!r}, for which no file is specified; "
+                    f"expected a run with a specified file; {did_you_mean(row.run, list(names))}"
                 )
 
 
@@ -115,7 +115,7 @@ def read_ends(path: Path) -> EndsTable:
         run = row.cells[0].strip() if row.cells else ""
         if not run:
             raise ManifestError(
-                f"{path.name}, line {row.line}: found a row without a run; expected the run ID or the file name; "
+                f"{path.name}, line {row.line}: found a row without a run ID or file name; expected one of the two; "
                 "enter it, or delete the row"
             )
         before = found.get(run.casefold())

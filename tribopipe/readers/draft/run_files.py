@@ -78,7 +78,8 @@ def grouped(exports: Sequence[Export]) -> list[Group]:
 def _refuse_another_base(first: Group, other: Group) -> None:
     if other.rows != first.rows:
         raise ReaderError(
-            f"{other}: found {other.rows:,} rows and columns that differ from {first}, which has {first.rows:,} rows; "
+            f"{other}: found {other.rows:,} rows and columns that differ from those of {first}, which has "
+            f"{first.rows:,} rows; "
             "expected consecutive files with the same columns, or channels with the same time base and the same "
             "number of rows; create one run per test, or first merge channels of one test on a common time base"
         )
@@ -89,7 +90,8 @@ def _refuse_another_base(first: Group, other: Group) -> None:
     if np.allclose(before[:seen], found[:seen], rtol=1e-9, atol=0, equal_nan=True):
         return
     raise ReaderError(
-        f"{other}: found times that differ from {first}; expected channels with the same time base; create one run "
+        f"{other}: found times that differ from those in {first}; expected channels with the same time base; create "
+        "one run "
         "per test, or first merge the files on a common time base"
     )
 
@@ -161,7 +163,7 @@ def _steps(export: Export, column: str) -> list[Step]:
     """Return the steps of a file. Raises ``ReaderError`` where they contradict its time, or it is too long."""
     if export.most_rows is not None:
         raise ReaderError(
-            f"{export.name}: found a file too long to be split at once; expected a file that fits in memory; create "
+            f"{export.name}: found a file that is too large to be split; expected a file that fits in memory; create "
             "one run folder and enter steps = [1] under [[signals]] in its run.toml"
         )
     steps, time = steps_in(export.table, column, export.name), _column(export, "time")
@@ -212,8 +214,8 @@ def read_profile(written: str) -> Measured:
     if not equals or body not in _bodies():
         found = f"no body {body!r}" if equals else "no '='"
         raise ManifestError(
-            f"--profile {written}: found {found}; expected a body and the file of its profile, such as "
-            f"disc=track.txt; {did_you_mean(body, _bodies()) if equals else 'write both'}"
+            f"--profile {written}: found {found}; expected a body and its profile file, such as disc=track.txt; "
+            f"{did_you_mean(body, _bodies()) if equals else 'specify both'}"
         )
     try:
         return Measured(body, read_export(Path(file), holds="profile"))

@@ -136,8 +136,8 @@ def _other_material(key: str, stated: str, before: Given) -> list[str]:
     if not key.endswith(".material"):
         return []
     return [
-        f"{key}: found {stated}, but {before.value} {before.origin}; expected both to agree; check that the modulus in "
-        "run.toml is that of the material"
+        f"{key}: found {stated}, but {before.value} {before.origin}; expected both to agree; check that the modulus "
+        "in run.toml is correct for the material"
     ]
 
 

@@ -100,7 +100,7 @@ def _notes(written: tuple[ReadColumn, ...], columns: tuple[ReadColumn, ...]) -> 
         if before.unit is None and column.signal in ("time", "sliding_distance")
     ]
     if assumed:
-        yield f"the file contains no units; assumed, as is usual for these tribometers: {', '.join(assumed)}"
+        yield f"the file contains no units; the usual units of these tribometers are assumed: {', '.join(assumed)}"
     open_force = next((column for column in columns if column.signal == "friction_force" and not column.unit), None)
     if open_force is not None:
         yield f"{open_force.name!r} may be in N or mN; map it with its unit in run.toml"

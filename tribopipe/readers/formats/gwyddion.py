@@ -59,7 +59,7 @@ class GwyddionReader:
         except ReaderError as error:
             return refused(source, error)
         wide, high = extents.wide, extents.high
-        return Match(0.95, f"comments state an extent of {wide[0]:g} {wide[1]} by {high[0]:g} {high[1]} above a matrix")
+        return Match(0.95, f"comments above a matrix state its size, {wide[0]:g} {wide[1]} by {high[0]:g} {high[1]}")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where a row is cut or is not of numbers."""
@@ -144,8 +144,8 @@ def _oblong(extents: _Extents, rows: int, columns: int) -> Iterator[str]:
     across = to_si(high, extents.high[1], "length") / to_si(wide, extents.wide[1], "length")
     if not math.isclose(across, 1.0, rel_tol=_SQUARE):
         yield (
-            f"pixels are {wide:.4g} {extents.wide[1]} by {high:.4g} {extents.high[1]}, not square: y is wrong if "
-            "rows are missing"
+            f"pixels are {wide:.4g} {extents.wide[1]} by {high:.4g} {extents.high[1]}, not square: the y positions "
+            "are wrong if rows are missing"
         )
 
 

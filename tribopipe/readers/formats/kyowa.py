@@ -88,7 +88,7 @@ class KyowaReader:
             return Match(0.0, "no unit row labeled 単位 or Unit above the data")
         known = len(head.said)
         if known < 3:
-            return Match(0.2, f"a unit row is labeled as in Kyowa files, but only {known} of the labels above it are")
+            return Match(0.2, f"the unit row is labeled as in Kyowa files, but only {known} of the lines above it are")
         return Match(0.95, f"{known} lines above the data are labeled as in Kyowa files")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:

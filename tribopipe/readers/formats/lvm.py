@@ -250,8 +250,8 @@ def _with_x(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> tupl
     columns, certain = _computed(columns, headings)
     if not certain:
         note = (
-            "it is not used as time, since there may be gaps between packets, or channels may differ; if it is time, "
-            "map time to it in run.toml"
+            "it is not used as time, since there may be gaps between packets or differences between channels; if "
+            "X_Value is the time, map it to time in run.toml"
         )
         return columns, [f"X_Value is computed as X0 + n Delta_X, but {note}"]
     columns, notes = _with_time(columns, headings)
@@ -267,7 +267,9 @@ def _with_time(columns: Sequence[ReadColumn], headings: Sequence[_Heading]) -> t
     if not xs or not all(heading.is_time for heading in headings):
         return list(columns), []
     if any(not np.array_equal(xs[0].values, other.values, equal_nan=True) for other in xs[1:]):
-        return list(columns), ["each channel has its own times; none of them applies to all channels"]
+        return list(columns), [
+            "the channels were sampled at different times, so that no X_Value column applies to all of them"
+        ]
     if broken is None and np.nanmax(xs[0].values, initial=0.0) > _SINCE_1904:
         return list(columns), ["X_Value counts seconds from 1904, not from the start, and is not used as time"]
     return [with_meaning(column, "time") if column is xs[0] else column for column in columns], []

@@ -102,9 +102,7 @@ class PcsReader:
         """Judge by the first line and by what the lines below are called."""
         first, *others = [line.strip() for line in lines if line.strip()] or [""]
         if _NO_TEST.fullmatch(first):
-            return Match(
-                0.0, f"the first line is {first[:60]!r}, which does not begin a file of test data", f"a {first[:60]!r}"
-            )
+            return Match(0.0, f"the first line, {first[:60]!r}, is not that of a test data file", f"a {first[:60]!r}")
         if _begins_with_step((first, *others)):
             return Match(0.95, f"the first lines are {first!r} and the type of that step")
         if not _TITLE.fullmatch(first):
@@ -199,7 +197,7 @@ def _unfinished(lines: Sequence[str]) -> list[str]:
     """Report where the line that closes a test is missing."""
     if any(map(_CLOSING.fullmatch, lines)):
         return []
-    return ["no line states that all steps were completed or the test was stopped, so the file may be truncated"]
+    return ["no line states that all steps were completed or that the test was stopped, so the file may be truncated"]
 
 
 def _facts(lines: Sequence[str]) -> tuple[dict[str, str], list[str]]:
@@ -218,7 +216,9 @@ def _track_radius(of_test: str, lines: Sequence[str]) -> tuple[dict[str, str], l
     """Give the radius of the track on the disc, by the test's own line or by those of its steps."""
     key = "conditions.track_radius"
     if re.fullmatch(r"\d+(\.\d+)?", of_test):
-        note = f"the track radius of the disc, {of_test}, is assumed to be in mm: the file does not state it"
+        note = (
+            f"the track radius of the disc, {of_test}, is assumed to be in mm, since the file does not state the unit"
+        )
         return {key: f"{of_test} mm"}, [note]
     radii = [*dict.fromkeys(found["radius"] for line in lines if (found := _STEP_RADIUS.fullmatch(line)))]
     if len(radii) > 1:

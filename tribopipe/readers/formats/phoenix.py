@@ -131,7 +131,8 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
         meant.append(replace(column, unit=unit, signal=signal if known else None))
     if any(one.signal == "depth" and _bracketed(one.name) is None for one in meant):
         notes.append(
-            "Displacement is assumed to be in µm, as written by the program; no relation between columns confirms this"
+            "Displacement is assumed to be in µm, the unit used by the program; this cannot be checked against other "
+            "columns"
         )
     return tuple(meant), notes
 

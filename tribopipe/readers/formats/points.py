@@ -204,12 +204,14 @@ def _by_positions(found: _Points, text: Text) -> Match:
     positions = _positions(found.table, text)
     if found.width == 2:
         if _goes_one_way(positions[0]):
-            return Match(0.6, "two bare columns, apparently positions and heights")
-        return Match(0.2, "two unnamed columns, the first of which is not monotonic, unlike a position")
+            return Match(0.6, "two unnamed columns, apparently positions and heights")
+        return Match(0.2, "two unnamed columns, the first of which is not monotonic and so not a position")
     for along, across in (positions, positions[::-1]):
         lines = np.split(along, np.flatnonzero(np.diff(across) != 0) + 1)
         if 1 < len(lines) <= len(along) // 2 and all(map(_goes_one_way, lines[:-1])):
-            return Match(0.6, f"three unnamed columns, points of a map with {len(lines[0])} in the first scan line")
+            return Match(
+                0.6, f"three unnamed columns, apparently a map with {len(lines[0])} points in the first scan line"
+            )
     return Match(0.2, "three unnamed columns and no scan-line break in the first rows")
 
 

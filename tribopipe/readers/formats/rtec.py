@@ -86,7 +86,9 @@ class RtecReader:
         channels = [name for name in _names(lines[at]) if _CHANNEL.fullmatch(name)]
         if any(name.upper().startswith(_DEVICES) for name in channels):
             return Match(0.95, f"the header row contains Timestamp and {channels[0]!r}, as in Rtec files")
-        return Match(0.2, f"the header row contains Timestamp and {channels[0]!r}, but no device DAQ, XYZ or Rotary")
+        return Match(
+            0.2, f"the header row contains Timestamp and {channels[0]!r}, but no channel of a DAQ, XYZ or Rotary device"
+        )
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is broken."""

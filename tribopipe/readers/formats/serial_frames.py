@@ -67,7 +67,10 @@ class SerialFramesReader:
                 f"{len(broken)} of {len(found)} frames are corrupted and treated as missing samples; the first is "
                 f"frame {broken[0]}: {text[:40]!r}"
             )
-        notes.append("frames contain no time; map time or sliding distance from a file with one row per frame")
+        notes.append(
+            "found frames without time stamps; expected a time or sliding distance for each frame; map time or sliding "
+            "distance from a file with one row per frame"
+        )
         columns = (
             ReadColumn("load", np.array([_number(frame) for frame in found]), unit),
             ReadColumn("motion", np.array([_moves(frame) for frame in found]), "1"),
@@ -80,7 +83,7 @@ def _unit(file: str, units: set[bytes]) -> str:
         return _UNITS[units.pop()]
     found = f"frames in {' and '.join(sorted(unit.decode() for unit in units))}" if units else "no complete frame"
     raise ReaderError(
-        f"{file}: found {found}; expected frames of the form '<STX>   0.072KGM<CR><LF>', all in one unit; split "
+        f"{file}: found {found}; expected frames of the form '<STX>   0.072KGM<CR><LF>', all in the same unit; split "
         "the file where the unit changes, or specify another reader in run.toml"
     )
 

@@ -131,11 +131,13 @@ def _follow(source: SourceFile) -> _Chain:
         order = ">" if contents & _BIG_ENDIAN else "<"
         length, metadata = struct.unpack_from(f"{order}QQ", source.content, position + 12)
         if length == _UNFINISHED:
-            return _Chain(data, "the recording program stopped before the file was complete; complete rows are read")
+            return _Chain(
+                data, "the recording program stopped before the file was complete; only complete rows are read"
+            )
         position += _LEAD_IN + length
         data += length - metadata
     lacking = position - size if position >= size else position + _LEAD_IN - size
-    note = f"at least {lacking} bytes are missing at the end of the file; complete rows are read"
+    note = f"at least {lacking} bytes are missing at the end of the file; only complete rows are read"
     return _Chain(data, note if lacking else None)
 
 
@@ -145,7 +147,7 @@ def _refuse_misfit(source: SourceFile, chain: _Chain, channels: list[Any]) -> No
     most = sum(len(channel) * (size or 1) for channel, size in zip(channels, sizes, strict=True))
     exact = chain.note is None and None not in sizes
     if most > len(source.content) or (exact and most != chain.data):
-        raise _damaged(source, f"found channels of {most} bytes in total, but {chain.data} in the segments")
+        raise _damaged(source, f"the channels contain {most} bytes in total, but the segments {chain.data}")
 
 
 def _damaged(source: SourceFile, found: str) -> ReaderError:

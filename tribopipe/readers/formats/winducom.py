@@ -57,7 +57,9 @@ class WinducomReader:
             return Match(0.0, "the first line does not contain TIME and other channel names as in WINDUCOM files")
         # A last line may be cut: it is for reading to say so.
         if len(lines) > 2 and not _ROW.fullmatch(lines[1]):
-            return Match(0.2, "the channel names are as in WINDUCOM files, but the rows are not '0,9150; 4,80;;'")
+            return Match(
+                0.2, "the channel names are as in WINDUCOM files, but the rows do not have the form '0,9150; 4,80;;'"
+            )
         return Match(0.95, "the channel names and rows are as in WINDUCOM files")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
