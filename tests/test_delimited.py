@@ -573,7 +573,7 @@ def test_real_nanotribometer_table_with_line_ends_in_quotes():
 
 
 def test_real_rows_without_names_are_refused():
-    assert "line 2: found data without" in refusal(_real("newport-rheofriction/Motor_oil_glass/1rps1N.txt"))
+    assert "line 2: found data rows without" in refusal(_real("newport-rheofriction/Motor_oil_glass/1rps1N.txt"))
 
 
 def test_real_file_of_several_segments_is_refused():

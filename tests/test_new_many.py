@@ -84,7 +84,7 @@ def test_a_workbook_tells_the_same(run_cli, lab):
             HEAD,
             r"line 3: found the run 'TEST_1' twice, first in line 2",
         ),
-        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9' without a file.*did you mean"),
+        (["test_9;5;400;3;0,1;"], HEAD, r"line 2: found the run 'test_9', for which no file.*did you mean"),
         (
             ["test_1;5;400"],
             "run;normal_load [N];pin_scar_diameter",
@@ -166,7 +166,7 @@ def test_one_id_for_several_runs_and_an_empty_folder_are_refused(run_cli, lab):
     month(lab, 1)
     assert "found one ID for several runs" in run_cli("new", "exports", "--id", "x").stderr
     (lab / "empty").mkdir()
-    assert "found no export" in run_cli("new", "empty").stderr
+    assert "found no file from which" in run_cli("new", "empty").stderr
 
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]), max_size=12)

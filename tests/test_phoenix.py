@@ -55,7 +55,7 @@ def test_the_file_is_known_and_read():
     assert table.facts == {"instrument": "Phoenix Tribology (Compend)", "started": "2019-04-09T20:09:56"}
     assert table.notes == (
         "column 18 is renamed 'Friction Force (2)', since another column is already called 'Friction Force'",
-        "Displacement is assumed to be in µm, the unit used by the program; this cannot be checked against other columns",
+        "Displacement is assumed to be in µm, the unit used by the program; other columns cannot confirm this",
     )
 
 

@@ -18,8 +18,8 @@ from tribopipe.results.run import SourceFile
 READER = SerialFramesReader()
 REAL_FILE = Path(__file__).resolve().parents[2] / "shared" / "realdata" / "pinondiskapp-es" / "data" / "celda_sim.csv"
 NO_TIME = (
-    "found frames without time stamps; expected a time or sliding distance for each frame; map time or sliding distance "
-    "from a file with one row per frame"
+    "found frames without time stamps; expected a time or sliding distance for each frame; map time or sliding "
+    "distance from a file with one row per frame"
 )
 
 

@@ -126,7 +126,7 @@ _PLAIN = "delimited"
 """Reader that takes what is a table at all, so that it knows best what is missing in a file."""
 _KNOWN = (
     "; expected a format listed by `tribopipe formats list`; specify the reader, describe the format in a reader "
-    "profile, or export the file as a plain table"
+    "description, or export the file as a plain table"
 )
 _HOLD: dict[Holds, str] = {"signals": "signals of a test", "profile": "a profile"}
 _MEND: dict[Holds, str] = {

@@ -359,7 +359,7 @@ def _why_none(text: Text, hints: Hints, lines: list[str], tables: list[Table]) -
         return (
             f"{where}: found data rows without a header row; expected column names such as 'Time [s]', 'Depth [um]' "
             "with the same separators; add a header row to a copy of the file, or list the column names in a reader "
-            "profile (`tribopipe help readers`)"
+            "description (`tribopipe help readers`)"
         )
     under = f"with the separator {hints.separator!r}" if hints.separator else "with any known separator"
     return (

@@ -75,7 +75,7 @@ def make_each(
         why = f" ({left_out[0].file}: {left_out[0].why})" if left_out else ""
         raise ReaderError(
             f"{wanted.files[0]}: found no file from which a run can be created{why}; expected at least one recording "
-            "of a test; specify its files"
+            "of a test; specify its files by name"
         )
     _name_aborted(plans)
     if measured is not None:

@@ -131,8 +131,7 @@ def _understood(columns: Sequence[ReadColumn]) -> tuple[tuple[ReadColumn, ...], 
         meant.append(replace(column, unit=unit, signal=signal if known else None))
     if any(one.signal == "depth" and _bracketed(one.name) is None for one in meant):
         notes.append(
-            "Displacement is assumed to be in µm, the unit used by the program; this cannot be checked against other "
-            "columns"
+            "Displacement is assumed to be in µm, the unit used by the program; other columns cannot confirm this"
         )
     return tuple(meant), notes
 
