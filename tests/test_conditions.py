@@ -137,7 +137,7 @@ def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     (told,) = found_in(run)["channels_disagree"]
     assert told.startswith(
         "friction_force: found that F_f/F_N = μ does not hold for 'friction_force', 'normal_force', "
-        "'friction_coefficient': the left side is 0.5 times the right side; expected a ratio of 1 within 5 %"
+        "'friction_coefficient': the left side is 0.5 times the right side; expected both sides to agree to within 5 %"
     )
 
 
@@ -207,8 +207,8 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="0.1 Hz"))
     (told,) = found["strokes_differ"]
     assert told.startswith(
-        "conditions.frequency: found 160 strokes of 0.5 s each in friction_force, a frequency of 1 Hz; expected the "
-        "stated 0.1 Hz"
+        "conditions.frequency: found 160 strokes of 0.5 s each in friction_force, that is, a frequency of 1 Hz; "
+        "expected the stated 0.1 Hz"
     )
 
 

@@ -287,7 +287,7 @@ def with_calibration(held: str, column: str = "") -> str:
         ),
         (LEAST.replace('"time"', '"tme"'), "columns.t.signal: found 'tme'; expected"),
         (LEAST.replace('"s"', '"seconds since"'), "columns.t.unit: found 'seconds since', which is not a unit"),
-        (LEAST + 'u = { signal = "time" }', "columns.u.signal: found 'time', as for 't'"),
+        (LEAST + 'u = { signal = "time" }', "columns.u.signal: found 'time', which is also the signal of 't'"),
         ('detect = "("\n' + LEAST, "detect: found '(', which is not a regular expression"),
         ('separator = ";;"\n' + LEAST, "separator: found ';;'; expected one character"),
         ("header_lines = 3\n" + LEAST, "separator: missing"),

@@ -46,7 +46,7 @@ def test_source_files_of_another_run_by_now_are_refused(store):
 def test_a_source_that_is_written_into_meanwhile_is_refused(store, written):
     growing = UnheldSource("signals.csv", 4, "", lambda: iter([written]))
     folder = store.folder / "new"
-    with pytest.raises(ArchiveError, match=r"signals.csv: found that the size changed from 4 bytes"):
+    with pytest.raises(ArchiveError, match=r"signals.csv: found that the size, initially 4 bytes, changed"):
         Archive(folder).add(replace(store.raw(RUN), sources=(growing,)))
     assert [path.name for path in folder.iterdir() if path.is_file()] == []
 

@@ -286,7 +286,7 @@ def test_a_coating_that_is_worn_through_is_warned_of(manifest):
     coated = manifest.model_copy(update={"contact": manifest.contact.model_copy(update={"disc": disc})})
     deep, shallow = (predict_wear(scenario(coated), [place]).notes for place in (500.0, 100.0))
     assert any(
-        "a wear depth of the disc of 11.6" in note and "more than its coating thickness of 10 µm" in note
+        "a wear depth of 11.6" in note and "on the disc" in note and "more than its coating thickness of 10 µm" in note
         for note in deep
     )
     assert not any("coating" in note for note in shallow)

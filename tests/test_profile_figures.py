@@ -125,7 +125,7 @@ def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):
 def test_a_file_that_is_not_there_is_no_run_either(run_cli, track):
     told = run_cli("show", "trak.txt", cwd=track)
     assert told.exit_code == 1
-    assert "trak.txt: found neither a file nor a run of this name in archive" in told.stderr
+    assert "trak.txt: found neither a file nor a run with this name in archive" in told.stderr
     assert "did you mean 'track.txt'?" in told.stderr
 
 

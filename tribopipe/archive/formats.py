@@ -52,8 +52,8 @@ def check_format(file: h5py.File, path: object, expected: Format) -> None:
             else "run the study again in another archive that contains its runs"
         )
         raise ArchiveError(
-            f"{path}: found the format '{found}', of a pre-release version of tribopipe; expected '{expected}'; "
-            f"{remedy}"
+            f"{path}: found the format '{found}', written by a pre-release version of tribopipe; expected "
+            f"'{expected}'; {remedy}"
         )
     if found is None or found.kind != expected.kind:
         holds = "run" if expected.kind == RUN_FORMAT.kind else "study"

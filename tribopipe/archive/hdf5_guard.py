@@ -331,7 +331,9 @@ class _Look:
         except ValueError as error:
             self._refuse(path, f"text that cannot be located ({error})")
         if (lengths > MOST_TEXT).any() or len(lengths) != prod(dataset.shape):
-            self._refuse(path, f"text of more than {MOST_TEXT:,} bytes, or of a length other than declared")
+            self._refuse(
+                path, f"text of more than {MOST_TEXT:,} bytes, or with a length that differs from the declared one"
+            )
         return int(lengths.sum(dtype=np.uint64)) + _TEXT_OBJECT * len(lengths)
 
     def _values(self, path: str, dataset: h5d.DatasetID, made: h5p.PropDCID, kind: h5t.TypeID) -> int:

@@ -37,8 +37,8 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
         nexus.long_fields(group, units, run.recording.rows, run.recording.blocks())
     except ValueError:
         raise ArchiveError(
-            f"{run.id}: found that the number of samples changed from {run.recording.rows:,}; expected files that do "
-            "not change; try again when the test has ended"
+            f"{run.id}: found that the number of samples, initially {run.recording.rows:,}, changed during archiving; "
+            "expected files that do not change; try again when the test has ended"
         ) from None
     for name in measured:
         group[name].attrs["long_name"] = SIGNALS[name].meaning

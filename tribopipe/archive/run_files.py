@@ -210,8 +210,8 @@ class RunFiles:
         result = self.result(run_id, name, record)
         if result is None:
             raise ArchiveError(
-                f"{self.path(run_id)}: found no {step_in_words(name)}; expected a run with this step; run the step "
-                "first, or run `tribopipe process`"
+                f"{self.path(run_id)}: found no {step_in_words(name)}; expected a run with this result; run this "
+                "step first, or run `tribopipe process`"
             )
         return result
 

@@ -132,8 +132,8 @@ def _write_bytes(note: h5py.Group, source: SourceFile) -> None:
         nexus.long_field(note, "data", pieces, source.size, np.uint8)
     except ValueError:
         raise ArchiveError(
-            f"{source.name}: found that the size changed from {source.size:,} bytes; expected a file that does not "
-            "change; try again when the test has ended"
+            f"{source.name}: found that the size, initially {source.size:,} bytes, changed during archiving; expected "
+            "a file that does not change; try again when the test has ended"
         ) from None
 
 

@@ -73,7 +73,7 @@ def in_a_sentence(error: Exception, where: str = "") -> TribopipeError:
         )
     if isinstance(error, MemoryError):
         return TribopipeError(
-            f"{_before(where)}found too little memory; expected all samples of a run to fit in memory; close other "
+            f"{_before(where)}found too little memory; expected enough memory for all samples of a run; close other "
             "programs, or split the run"
         )
     return InternalError(

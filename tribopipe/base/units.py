@@ -172,7 +172,7 @@ def _unit(text: str) -> _Unit:
     if cleaned in ("", "1", "-"):
         return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
     if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
-        raise ValueError("too long for a unit, or with characters that no unit contains")
+        raise ValueError("too long for a unit, or contains characters that do not occur in units")
     registry = _registry()
     try:
         unit = registry.parse_units(cleaned)

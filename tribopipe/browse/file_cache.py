@@ -179,7 +179,7 @@ class RunFile(ArchivedFile):
             dataset: h5py.Dataset = file[path]
             if dataset.ndim != 1 or dataset.size * 8 > _LARGEST:
                 raise ArchiveError(
-                    f"{self.path}: found {dataset.size:,} values in {path}; expected a column of at most "
-                    f"{_LARGEST // 8:,}; open the file with another viewer"
+                    f"{self.path}: found {dataset.size:,} values in {path}; expected at most "
+                    f"{_LARGEST // 8:,} in a single column; open the file with another viewer"
                 )
             return np.asarray(unpacked(dataset), dtype=np.float64)

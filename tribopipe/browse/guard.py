@@ -164,14 +164,16 @@ def _refusal(scope: Scope) -> tuple[int, str] | None:
     if headers.getlist("host")[1:] or headers.get("host", "").lower() not in names:
         return (
             400,
-            f"found the host {headers.get('host', '')!r}; expected {names[0]}; open the address that was printed",
+            f"found the host {headers.get('host', '')!r}; expected {names[0]}; open the address printed by "
+            "`tribopipe browse`",
         )
     if scope["method"] != "GET":
         return 405, f"found the method {scope['method']}; expected GET; the server is read-only"
     if _from_elsewhere(headers, names):
         return (
             403,
-            "found a request from another website; expected one from a page of this server; open the printed address",
+            "found a request from another website; expected a request from a page of this server; open the address "
+            "printed by `tribopipe browse`",
         )
     return None
 

@@ -149,7 +149,7 @@ def _values(file: h5py.File, path: str, selection: str | None, kinds: str | None
     dataset = _entity(file, path)
     check_attributes(dataset)
     if not isinstance(dataset, h5py.Dataset):
-        raise HTTPException(422, f"found no dataset at {path}; expected a dataset with values; open a member")
+        raise HTTPException(422, f"found no dataset at {path}; expected a dataset with values; open a dataset instead")
     if kinds is not None and dataset.dtype.kind not in kinds:
         raise HTTPException(422, f"found {dataset.dtype} at {path}; expected real numbers; open another dataset")
     count, size = _selected(dataset, selection), dataset.dtype.itemsize

@@ -124,7 +124,7 @@ def _drawing(offers: list[PlotOffer], name: str, against: str | None) -> Plot:
     offer = next((offer for offer in offers if offer.name == name), None)
     if offer is None:
         known = ", ".join(offer.name for offer in offers) or "none"
-        raise HTTPException(404, f"found no plot {name!r}; expected one of these: {known}; go back to the page")
+        raise HTTPException(404, f"found no plot {name!r}; expected one of these: {known}; choose one of them")
     return offer.drawing(against)
 
 
@@ -146,7 +146,8 @@ def _add_downloads(router: APIRouter, library: Library, files: Files, reports: C
         if f"{path}/data" not in found.datasets:
             raise HTTPException(
                 404,
-                f"found no source file {number} of {run_id}; expected a source file of the run; go back to its page",
+                f"found no source file {number} of {run_id}; expected a source file of the run; go back to the page of "
+                "the run",
             )
         with library.archive.open(run_id) as opened:
             return download([_bytes(opened[path])], str(opened[path]["file_name"].asstr()[()]))

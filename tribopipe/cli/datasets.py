@@ -129,7 +129,7 @@ def _tell(exported: "Exported") -> None:
     beside = f" and {len(studies)} {'study' if len(studies) == 1 else 'studies'}" if studies else ""
     say(f"{len(runs)} run{'' if len(runs) == 1 else 's'}{beside} written to {exported.path}")
     if exported.lacking:
-        say(f"note: repositories require {', '.join(exported.lacking)}; add it to dataset.toml next to the archive")
+        say(f"note: repositories require {', '.join(exported.lacking)}; add this to dataset.toml next to the archive")
 
 
 def _exported_document(exported: "Exported") -> dict[str, Any]:

@@ -141,7 +141,7 @@ def export_runs(
         bool,
         typer.Option(
             "--decimal-comma",
-            help="Use a decimal comma, 0,5 instead of 0.5, in LaTeX and CSV files; CSV columns are then separated by "
+            help="Use a decimal comma (0,5 instead of 0.5) in LaTeX and CSV files; CSV columns are then separated by "
             "semicolons, as Excel expects in most European locales.",
         ),
     ] = False,
@@ -163,8 +163,8 @@ def export_runs(
         raise typer.BadParameter(f"--output: found the suffix {suffix}; expected one of {', '.join(FORMS)}")
     if decimal_comma and suffix not in WITH_COMMAS:
         raise typer.BadParameter(
-            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; the decimal separator in a "
-            "workbook depends on the program that opens it"
+            f"--decimal-comma: found a {suffix} file; expected {' or '.join(WITH_COMMAS)}; omit this option for "
+            "other files; the decimal separator of a workbook depends on the program that opens it"
         )
     require_free([] if output is None else [output], force=force)
     chosen = None if columns is None else columns_named(columns)

@@ -98,8 +98,8 @@ class _Shown:
         """Report which profiles have no track, and why: each, or only the first if there are many, as in a map."""
         if len(why) > _MOST_REASONS:
             say(
-                f"wear track not evaluated in {len(why)} of {len(self.found)} profiles, which are only leveled; the "
-                "first:"
+                f"wear track not evaluated in {len(why)} of {len(self.found)} profiles, which are only leveled; for "
+                "example:"
             )
         for key in list(why)[: 1 if len(why) > _MOST_REASONS else None]:
             say(f"{key}: wear track not evaluated, profile only leveled: {why[key]}")
@@ -242,7 +242,7 @@ def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":
     there, folder = load_archive(archive, must_exist=False).ids() if archive.is_dir() else [], Path(name).parent
     beside = [str(path) for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
     return ArchiveError(
-        f"{name}: found neither a file nor a run of this name in {archive}; expected a profile file or the ID of an "
+        f"{name}: found neither a file nor a run with this name in {archive}; expected a profile file or the ID of an "
         f"archived run; {did_you_mean(name, [*there, *beside])}"
     )
 

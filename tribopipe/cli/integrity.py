@@ -74,8 +74,8 @@ def verify(
         list[str] | None,
         typer.Option(
             "--accept",
-            help="Run or study that was removed or replaced, or history.jsonl, to be accepted in its present state; "
-            "may be repeated.",
+            help="Accept the present state of a run or study that was removed or replaced, or of history.jsonl; may be "
+            "repeated.",
             metavar="ID",
         ),
     ] = None,

@@ -80,8 +80,8 @@ def local_wear(
         Course,
         typer.Option(
             help=(
-                "Scheme: implicit uses the pressure at the end of each step; explicit, as in the paper, that at the "
-                "start; economy corrects the contact instead of solving it again, as in UMESHMOTION."
+                "Scheme: implicit uses the pressure at the end of each step; explicit, as in the paper, uses the "
+                "pressure at the start; economy corrects the contact instead of solving it again, as in UMESHMOTION."
             ),
         ),
     ] = "implicit",

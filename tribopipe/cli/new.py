@@ -140,7 +140,8 @@ def _refuse_next_to_rows(options: Mapping[str, object]) -> None:
     given = [name for name, value in options.items() if value]
     if given:
         raise ManifestError(
-            f"--each-row: found {given[0]} in addition; expected only a table with one run per row; remove {given[0]}"
+            f"--each-row: found {given[0]} in addition to this option; expected only a table with one run per row; "
+            f"remove {given[0]}"
         )
 
 

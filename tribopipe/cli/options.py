@@ -240,7 +240,7 @@ def place(option: str, text: str, progress: "Progress") -> float:
         turns = -1.0
     if turns < 0:
         raise UnitError(
-            f"{option}: found {text!r}; expected {progress.words} of the crowned disc, zero or more, such as "
+            f"{option}: found {text!r}; expected zero or more {progress.words} of the crowned disc, such as "
             f"{progress.example!r}"
         )
     return turns
@@ -334,7 +334,8 @@ def crew(jobs: int | None, scheduler: str | None, usual: int = 1) -> "Crew":
 
     if jobs is not None and scheduler not in (None, _LOCAL):
         raise typer.BadParameter(
-            "found -j in addition to --scheduler, which has its own workers; expected only one of these options"
+            "found -j in addition to --scheduler, which has its own workers; expected only one of these options; "
+            "remove -j"
         )
     if jobs is None:
         jobs = usual if scheduler is None else _cores()

@@ -194,7 +194,7 @@ def _predict_archived(
     outcomes = followed(predicted, "prediction", len(chosen), tell)
     if not outcomes:
         under = law_title(law)
-        say(f"Nothing to predict: no run has a comparable run at a lighter load with a k_D fitted under {under}.")
+        say(f"Nothing to predict: no comparable run at a lighter load has a k_D fitted under {under}.")
     if as_json:
         print_outcomes(outcomes)
     finish(outcomes)

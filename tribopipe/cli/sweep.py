@@ -44,7 +44,9 @@ def sweep(
     reuse: Annotated[
         list[Path] | None,
         typer.Option(
-            "--reuse", help="CSV file of the same sweep, such as that of a shard; may be repeated.", metavar="FILE"
+            "--reuse",
+            help="CSV file with results of the same sweep, such as those of a shard; may be repeated.",
+            metavar="FILE",
         ),
     ] = None,
     figure: Annotated[
@@ -98,7 +100,7 @@ def _take_over(table: "Table", reuse: "Sequence[Path]", *, force: bool) -> None:
     for path in (*reuse, *there):
         others = table.reuse(path)
         if others:
-            say(f"{path}: ignored the rows of {others} cases with other inputs or from another version")
+            say(f"{path}: ignored the rows of {others} cases with different inputs or from another tribopipe version")
     kept = len(table.cases) - len(table.missing)
     if kept:
         say(f"{kept} of {len(table.cases)} cases are already computed; use --force to recompute them.")

@@ -228,7 +228,7 @@ class PinAndTrackWear:
             coating, worn = body.coating_thickness, float(last[depth])
             if coating is not None and worn > coating.value:
                 yield (
-                    f"warning: found a wear depth of the {name} of {show(worn, None, 'm', 'um')}, more than its "
+                    f"warning: found a wear depth of {show(worn, None, 'm', 'um')} on the {name}, more than its "
                     f"coating thickness of {coating.shown('um')}; expected wear within the coating, since k_D is that "
                     "of the coating"
                 )

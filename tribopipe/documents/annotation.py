@@ -26,7 +26,7 @@ class Annotation(Record):
     @model_validator(mode="after")
     def _says_something(self) -> Self:
         if self.kind == "note" and not self.text.strip():
-            raise ValueError(f"found the note {self.text!r}; expected at least one word; write the note")
+            raise ValueError(f"found the note {self.text!r}; expected at least one word; enter the text of the note")
         if self.kind != "note" and not (_TAG.fullmatch(self.text) and self.text.isprintable()):
             raise ValueError(
                 f"found the tag {self.text!r}; expected up to 60 characters without spaces or commas, such as "

@@ -233,8 +233,8 @@ def _discs_that_slip(slip: Quantity) -> Quantity:
         raise ValueError("found zero slip; expected a nonzero slip, since there is no sliding wear in pure rolling")
     if slip.value <= -1:
         raise ValueError(
-            f"found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc does not rotate; enter "
-            "the slip as (v2 - v1)/v1"
+            f"found {slip.shown('%')}; expected a slip greater than -100 %, at which the cylindrical disc stands "
+            "still; enter the slip as (v2 - v1)/v1"
         )
     return slip
 

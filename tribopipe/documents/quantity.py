@@ -113,8 +113,8 @@ def _computed(operation: Callable[[Any, Any], Any], left: Any, right: Any) -> An
 
 def _bare(unit: str) -> str:
     return (
-        f"found a quantity in {unit} used as a plain number; expected a quantity in SI units, as required by "
-        f"functions; use .value for the number in {unit}"
+        f"found a quantity in {unit} used as a plain number; expected a quantity in SI units, as functions "
+        f"require; use .value for the number in {unit}"
     )
 
 
@@ -312,7 +312,7 @@ def _read_table(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     if "value" not in written:
         raise UnitError(
             "found a table without 'value'; expected "
-            f"{{ value = {units.KINDS[kind].example!r}, standard_uncertainty = … }}"
+            f"{{ value = {units.KINDS[kind].example!r}, standard_uncertainty = … }}; add value"
         )
     taken: dict[str, Any] = {**written, **_read_value(written["value"], kind)}
     spread = written.get("standard_uncertainty")

@@ -96,7 +96,8 @@ class Calibration(Record):
                 "a polynomial without a range" if self.polynomial else "a range in addition to points, which define it"
             )
             raise ValueError(
-                f"range: found {found}; expected the range of readings for a polynomial only, such as [0, 10]"
+                f"range: found {found}; expected a range of readings, such as [0, 10], for a polynomial, and no range "
+                "for points; add or remove range"
             )
         return self
 
@@ -110,7 +111,7 @@ class Calibration(Record):
                 f"points: found {found}; expected at least two pairs, each with a different reading; correct the points"
             )
         if self.range is not None and not self.range[0] < self.range[1]:
-            raise ValueError(f"range: found {list(self.range)}; expected the lowest reading, then the highest reading")
+            raise ValueError(f"range: found {list(self.range)}; expected [lowest, highest] reading; correct the range")
         return self
 
 
@@ -217,8 +218,8 @@ class ReaderProfile(Record):
                 )
             if column.unit not in (None, calibration.reading):
                 raise ValueError(
-                    f"columns.{name}.unit: found {column.unit!r}; expected {calibration.reading!r}, the reading of "
-                    f"calibration {column.calibration!r}; correct one of the two"
+                    f"columns.{name}.unit: found {column.unit!r}; expected {calibration.reading!r}, the unit of "
+                    f"the readings of calibration {column.calibration!r}; correct one of the two"
                 )
         return self
 
@@ -228,8 +229,8 @@ class ReaderProfile(Record):
         for name, column in self.columns.items():
             if column.signal is not None and taken.setdefault(column.signal, name) != name:
                 raise ValueError(
-                    f"columns.{name}.signal: found {column.signal!r}, as for {taken[column.signal]!r}; expected each "
-                    "signal once; remove one of the two"
+                    f"columns.{name}.signal: found {column.signal!r}, which is also the signal of "
+                    f"{taken[column.signal]!r}; expected each signal once; remove one of the two"
                 )
             if self.names and name not in self.names:
                 raise ValueError(

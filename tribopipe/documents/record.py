@@ -53,7 +53,7 @@ class InstalledName:
             raise ValueError(not_installed(self.group, self.what, name))
         if not re.fullmatch(self.pattern, name):
             raise ValueError(
-                f"found {name!r}, which is not a valid name of a {self.what}; expected lowercase letters, digits and "
+                f"found {name!r}, which is not a valid name for a {self.what}; expected lowercase letters, digits and "
                 "_, not ending in flat; rename it"
             )
         return name

@@ -108,7 +108,7 @@ def _read_drawn(path: str, written: Mapping[str, Any]) -> Drawn:
     known = {"uniform"} if "uniform" in written else {"normal", "standard_uncertainty"}
     if set(written) != known:
         raise ValueError(
-            f"{path}: found a table of {', '.join(map(written_key, written))}; expected "
+            f"{path}: found a table with {', '.join(map(written_key, written))}; expected "
             f"{{ uniform = [minimum, maximum] }} or {{ normal = mean, standard_uncertainty = deviation }}; correct the "
             "table"
         )

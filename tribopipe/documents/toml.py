@@ -34,7 +34,9 @@ def read_bytes(path: Path) -> bytes:
     except FileNotFoundError:
         raise ManifestError(f"{path}: no such file; expected an existing TOML file; check the path") from None
     except OSError as error:
-        raise ManifestError(f"{path}: cannot be read ({error.strerror}); check the file and its permissions") from None
+        raise ManifestError(
+            f"{path}: cannot be read ({error.strerror}); expected a readable file; check its permissions"
+        ) from None
 
 
 def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
@@ -47,14 +49,18 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
         ) from None
     if (long := _LONG_KEY.search(text)) is not None:
         line = text.count("\n", 0, long.start()) + 1
-        raise ManifestError(f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; correct that line")
+        raise ManifestError(
+            f"{path}, line {line}: found a key of more than {_MOST_LEVELS} parts; expected at most {_MOST_LEVELS}; "
+            "correct that line"
+        )
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ManifestError(f"{path}: invalid TOML: {error}; correct that line (strings need quotes)") from None
     except (ValueError, RecursionError):
         raise ManifestError(
-            f"{path}: invalid TOML: nested too deeply, or with a number of thousands of digits; correct that line"
+            f"{path}: invalid TOML: tables or lists are nested too deeply, or a number has thousands of digits; correct the "
+            "file"
         ) from None
     _refuse_absurd(path, document)
     return document
@@ -64,13 +70,13 @@ def _refuse_absurd(path: Path, document: dict[str, Any]) -> None:
     for count, (level, key, value) in enumerate(_values(document)):
         if count > _MOST_VALUES:
             raise ManifestError(
-                f"{path}: found more than {_MOST_VALUES:,} values; expected at most this number, since documents are "
-                "written by hand; keep signals in separate files"
+                f"{path}: found more than {_MOST_VALUES:,} values; expected fewer, since documents are written by "
+                "hand; keep signals in separate files"
             )
         if level > _MOST_LEVELS:
             raise ManifestError(
-                f"{path}: {key}: found more than {_MOST_LEVELS} nesting levels; expected a flatter structure; "
-                "correct that key"
+                f"{path}: {key}: found more than {_MOST_LEVELS} nesting levels; expected at most {_MOST_LEVELS}; "
+                "reduce the nesting of this key"
             )
         if isinstance(value, int) and value.bit_length() > _MOST_BITS:
             raise ManifestError(

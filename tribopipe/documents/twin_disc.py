@@ -137,13 +137,13 @@ class TwinDisc(Contact):
         equal = slip is None and curved is not None and flat is not None and curved.value == flat.value
         if equal or (slip is not None and slip.value == 0):
             raise ValueError(
-                "conditions.slip: found zero slip, both discs at the same speed; expected a nonzero slip, since there "
-                "is no sliding wear in pure rolling; check both speeds"
+                "conditions.slip: found zero slip, with both discs at the same speed; expected a nonzero slip, since "
+                "there is no sliding wear in pure rolling; check both speeds"
             )
         if slip is not None and slip.value <= -1:
             raise ValueError(
-                f"conditions.slip: found {slip.shown('%')}; expected more than -100 %, at which the cylindrical disc "
-                "does not rotate; enter the slip as (v2 - v1)/v1"
+                f"conditions.slip: found {slip.shown('%')}; expected a slip greater than -100 %, at which the "
+                "cylindrical disc stands still; enter the slip as (v2 - v1)/v1"
             )
 
     def refuse_wear(self, where: str, measured: Any) -> None:

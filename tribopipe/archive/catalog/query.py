@@ -141,7 +141,8 @@ def _term(name: str, operator: str, value: str, literal: bool, place: int) -> Te
 def _unknown(column: ListedColumn, operator: str, where: str) -> Term:
     if operator not in ("=", "!="):
         raise QueryError(
-            f"{where}: found {operator} none; expected = or != with none (a missing value); change the operator"
+            f"{where}: found the operator {operator} with none, which stands for a missing value; expected = or !=; "
+            "change the operator"
         )
     return Term(column, operator, None)
 

@@ -48,8 +48,8 @@ class ClientHook(BuildHookInterface[Any]):
             if version != "editable" and os.environ.get(WITHOUT) != "1":
                 self._folder.cleanup()  # Hatch does not finalize what it gives up.
                 self.app.abort(
-                    f"the web client cannot be built ({error}); expected Node 20.19 or 22.12 or newer with npm, and "
-                    f"access to the npm registry; install Node and build again, or set {WITHOUT}=1 for a package "
+                    f"the web client cannot be built ({error}); expected Node 20.19.x, or 22.12 or newer, with npm, "
+                    f"and access to the npm registry; install Node and build again, or set {WITHOUT}=1 for a package "
                     "without the pages of `tribopipe browse`"
                 )
             self.app.display_warning(

@@ -258,7 +258,7 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 labels[recorded[0]],
                 f"found that {identity.formula} does not hold for {_listed(identity, labels)}: the left side is "
-                f"{ratio:.3g} times the right side; expected a ratio of 1 within {100 * tolerance:.0f} %",
+                f"{ratio:.3g} times the right side; expected both sides to agree to within {100 * tolerance:.0f} %",
                 "check the units and scales of these columns and values",
             )
 
@@ -308,9 +308,9 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
         if abs(frequency - stated.value) > tolerance * stated.value:
             yield Trouble(
                 f"conditions.{stated.key}",
-                f"found {len(found.strokes)} strokes of {period:.4g} s each in {found.name}, a frequency of "
-                f"{frequency:.4g} Hz; expected {stated.words} within {100 * tolerance:.2g} %",
-                f"correct {stated.remedy}; the sliding distance is computed from it",
+                f"found {len(found.strokes)} strokes of {period:.4g} s each in {found.name}, that is, a frequency "
+                f"of {frequency:.4g} Hz; expected {stated.words} within {100 * tolerance:.2g} %",
+                f"correct {stated.remedy}; the sliding distance is computed from {stated.key}",
             )
     if conditions.stroke is not None:
         yield from _stroke_length(run, found.strokes, conditions.stroke.value)
@@ -336,7 +336,7 @@ def _stated_frequency(run: RawRun) -> _Frequency | None:
         return _Frequency("frequency", frequency.value, tolerance, words, remedy)
     if speed is None or stroke is None or run.origins["sliding_distance"] != "derived from nominal speed":
         return None
-    remedy = "stroke, the unit of time, or sliding_speed, which is the average, 2·stroke·frequency"
+    remedy = "stroke, the unit of time, or sliding_speed, which is the average speed, 2·stroke·frequency"
     by_speed = speed.value / (2 * stroke.value)
     words = f"{by_speed:.4g} Hz from sliding_speed and stroke"
     return _Frequency("sliding_speed", by_speed, _TOLERANCE, words, remedy)

@@ -100,14 +100,14 @@ def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:
     speed, cycle = conditions.nominal_speed, conditions.cycle
     if speed is None or cycle is None:
         return
-    what, most = ("strokes", _MOST_CYCLES) if conditions.stroke is not None else ("rotation", _MOST_TURNS)
+    what, most = ("reciprocating", _MOST_CYCLES) if conditions.stroke is not None else ("rotational", _MOST_TURNS)
     if speed.value > most * cycle:
         where = next(name for name in ("sliding_speed", "rotational_speed", "frequency") if getattr(conditions, name))
         yield Trouble(
             f"conditions.{where}",
             f"found a {what} frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
             f"{most:.4g} Hz",
-            f"check the units of {where} and of {'stroke' if what == 'strokes' else 'track radius'}",
+            f"check the units of {where} and of {'stroke' if what == 'reciprocating' else 'track radius'}",
         )
 
 
@@ -202,7 +202,7 @@ def _needed_of_a_pin(run: RawRun) -> Iterator[Trouble]:
     if "depth" not in run.columns:
         yield Trouble(
             "signals",
-            "found no depth signal; expected one to determine the wear coefficient",
+            "found no depth signal; expected a depth signal, from which the wear coefficient is determined",
             "map its column if it was recorded",
         )
 
@@ -214,8 +214,8 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
     if not any(name.startswith("curved_disc_") for name in measured):
         yield Trouble(
             "end_values",
-            "found no wear measurement of the crowned disc; expected its depth, track width, volume or profile for a "
-            "wear coefficient",
+            "found no wear measurement of the crowned disc; expected its depth, track width, volume or profile, "
+            "from which the wear coefficient is determined",
             "add the measurement if there is one",
         )
     elif not any(name.startswith("flat_disc_") for name in measured):
