@@ -398,7 +398,7 @@ def spoiled(key: str, value: object) -> dict:
 
 SPOILED = {
     "no slip": ("runs.0.slip", "0 %", ["twin_disc_series[0].runs[0].slip", "found zero slip", "pure rolling"]),
-    "cylindrical disc stands": ("runs.1.slip", "-100 %", ["runs[1].slip", "-100 %", "does not rotate"]),
+    "cylindrical disc stands": ("runs.1.slip", "-100 %", ["runs[1].slip", "-100 %", "stands still"]),
     "half a rotation": ("runs.0.rotations", 1.5, ["runs[0].rotations", "1.5", "whole"]),
     "rotations as a text": ("runs.0.rotations", "1e6", ["runs[0].rotations", "'1e6'", "number of rotations"]),
     "no load": ("normal_load", None, ["twin_disc_series[0]", "runs[0].normal_load", "missing", "250 mN"]),

@@ -59,8 +59,8 @@ def parse_toml(path: Path, content: bytes) -> dict[str, Any]:
         raise ManifestError(f"{path}: invalid TOML: {error}; correct that line (strings need quotes)") from None
     except (ValueError, RecursionError):
         raise ManifestError(
-            f"{path}: invalid TOML: tables or lists are nested too deeply, or a number has thousands of digits; correct the "
-            "file"
+            f"{path}: invalid TOML: tables or lists are nested too deeply, or a number has thousands of digits; "
+            "correct the file"
         ) from None
     _refuse_absurd(path, document)
     return document
