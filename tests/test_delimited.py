@@ -490,7 +490,7 @@ def test_separator_that_is_none(separator):
 
 
 def test_separator_that_is_the_decimal_sign():
-    assert "two different signs" in refusal("Time;Depth\n1;2\n", separator=",", decimal=",")
+    assert "two different characters" in refusal("Time;Depth\n1;2\n", separator=",", decimal=",")
 
 
 @pytest.mark.parametrize(

@@ -243,7 +243,7 @@ def test_track_no_wider_than_the_flat_on_the_pin_tells_nothing():
         ("flat", {"disc_track_width": "2 mm"}, CIRCLE, "wear volume of the disc cannot be determined"),
         ("flat", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
         ("spherical", {"disc_wear_depth": "2 um"}, CIRCLE, "the wear of the pin is unknown"),
-        ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth and pin"),
+        ("spherical", {"disc_wear_depth": "2 um", "pin_wear_depth": "1 um"}, CIRCLE, "from disc_wear_depth, pin"),
         ("spherical", {"disc_wear_depth": "2 um", "disc_track_width": "0.2 mm"}, STROKE, "at mid-stroke"),
     ],
 )

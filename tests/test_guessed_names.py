@@ -401,8 +401,8 @@ def wrong_unit(s, length: "furlong" = 1.0):  # noqa: F821 - a unit
     ("function", "said"),
     [
         (lambda s, a: a * s, "found the argument 'a' without a default.*write a=1.0"),
-        (lambda s, a=-1.0: a * s, "found a = -1 as starting value"),
-        (lambda s: math.exp(-s), "cannot be computed for arrays.*use np.exp"),
+        (lambda s, a=-1.0: a * s, "found a = -1 as the starting value"),
+        (lambda s: math.exp(-s), "cannot be computed for arrays.*np.exp"),
         (lambda s: 1 / s, "expected one finite factor at each distance"),
         (lambda *s: s[0], "arguments cannot be determined"),
         (3, "arguments cannot be determined"),

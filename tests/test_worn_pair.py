@@ -120,7 +120,7 @@ def test_a_depth_signal_shows_the_pin_beside_a_groove_but_is_no_measurement_of_i
     assert together.bodies["disc"].volume.value == pytest.approx(volume, rel=1e-3)
     assert together.bodies["disc"].volume.standard_uncertainty < 0.1 * alone.bodies["disc"].volume.standard_uncertainty
     assert together.bodies["pin"].volume is None
-    assert any("from disc_wear_depth and the depth signal" in note for note in together.notes)
+    assert any("from disc_wear_depth, the depth signal" in note for note in together.notes)
 
 
 def test_stroke_holds_its_ends_as_well():
