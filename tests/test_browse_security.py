@@ -311,7 +311,7 @@ def test_its_own_names_are_answered(client, host):
 def test_another_page_is_refused(client, headers):
     answer = client.send("/api/runs", **headers)
     assert answer.status == 403
-    assert "expected one from a page of this server" in told(answer)
+    assert "expected a request from a page of this server" in told(answer)
     assert not [name for name in answer.headers if name.startswith("access-control")]
 
 

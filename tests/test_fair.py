@@ -264,7 +264,7 @@ def test_without_dataset_toml_it_is_told_what_is_lacking(tmp_path, run_cli):
     done = run_cli("export", "--ro-crate", "out.zip", RUN, "--no-report", "--force", cwd=tmp_path)
     assert done.exit_code == 0
     assert done.stderr == (
-        "1 run written to out.zip\nnote: repositories require title, description, licence, creators; add it to "
+        "1 run written to out.zip\nnote: repositories require title, description, licence, creators; add this to "
         "dataset.toml next to the archive\n"
     )
     graph = graph_of(tmp_path / "out.zip")

@@ -161,7 +161,7 @@ def test_a_ball_is_read_by_diameter_or_radius(line, facts):
         ("Normalkraft;0 N", "cannot be a force"),
         ("Luftfeuchte;4500 %", "cannot be a percentage"),
         ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
-        ("Normalkraft;5 N\nLoad;10 N", "differ for conditions.normal_load"),
+        ("Normalkraft;5 N\nLoad;10 N", "different values for conditions.normal_load"),
         ("Radius (mm)\t5.00", "the radius of the wear track or that of the ball"),
         ("Date: 05/12/2022 14:30:00", "the order of day and month is ambiguous"),
     ],

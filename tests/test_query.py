@@ -103,7 +103,7 @@ def test_terms_are_understood(text, terms):
         ("load>heavy", ("load at character 1", "'heavy'", "not a number with a unit")),
         ("load~3", ("the operator ~", "expected one of = != < <= > >= for a number")),
         ("title<3", ("the operator <", "expected one of = != ~ for a text")),
-        ("load>none", ("> none", "expected = or !=")),
+        ("load>none", ("the operator > with none", "expected = or !=")),
         ("started>yesterday", ("started at character 1", "'yesterday'", "2006-03")),
         ("started=2006-13", ("'2006-13'",)),
         ('title="open', ("'\"open' at character 7", "closing quote")),

@@ -221,7 +221,7 @@ def test_suffix_chooses_the_form(run_cli, archive, tmp_path, runs):
     ("options", "said"),
     [
         (["-o", "runs.ods"], "found the suffix .ods; expected one of .csv, .xlsx, .tex, .md"),
-        (["-o", "runs.xlsx", "--decimal-comma"], "the decimal separator in a workbook"),
+        (["-o", "runs.xlsx", "--decimal-comma"], "the decimal separator of a workbook"),
     ],
 )
 def test_other_forms_are_refused(run_cli, archive, options, said):

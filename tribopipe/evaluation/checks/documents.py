@@ -100,14 +100,13 @@ def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:
     speed, cycle = conditions.nominal_speed, conditions.cycle
     if speed is None or cycle is None:
         return
-    what, most = ("reciprocating", _MOST_CYCLES) if conditions.stroke is not None else ("rotational", _MOST_TURNS)
+    what, most = ("stroke", _MOST_CYCLES) if conditions.stroke is not None else ("track radius", _MOST_TURNS)
     if speed.value > most * cycle:
         where = next(name for name in ("sliding_speed", "rotational_speed", "frequency") if getattr(conditions, name))
         yield Trouble(
             f"conditions.{where}",
-            f"found a {what} frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
-            f"{most:.4g} Hz",
-            f"check the units of {where} and of {'stroke' if what == 'reciprocating' else 'track radius'}",
+            f"found a frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most {most:.4g} Hz",
+            f"check the units of {where} and of {what}",
         )
 
 
