@@ -105,7 +105,8 @@ def _odd_frequency(conditions: Conditions) -> Iterator[Trouble]:
         where = next(name for name in ("sliding_speed", "rotational_speed", "frequency") if getattr(conditions, name))
         yield Trouble(
             f"conditions.{where}",
-            f"found a frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most {most:.4g} Hz",
+            f"found a frequency of {speed.value / cycle:.4g} Hz at {speed.shown('m/s')}; expected at most "
+            f"{most:.4g} Hz",
             f"check the units of {where} and of {what}",
         )
 
