@@ -76,7 +76,7 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
     "pin_end_value": InputQuantity("post-test measurement of the pin", "um"),
     "disc_end_value": InputQuantity("wear depth of the disc", "nm"),
     "unseen_groove": InputQuantity("unmeasured wear of the disc"),
-    "pressure_distribution": InputQuantity("distribution of the contact pressure"),
+    "pressure_distribution": InputQuantity("effect of the contact pressure distribution"),
     "zero_offset": InputQuantity("zero offset of the depth sensor", "um"),
     "end_reading": InputQuantity("final depth reading", "um"),
     "friction_fit": InputQuantity("fitted friction coefficient"),
