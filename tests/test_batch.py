@@ -22,6 +22,7 @@ from batch_work import (
     squared,
 )
 from listening import listening
+from waiting import wait_until
 
 from tribopipe.base import dask_workers
 from tribopipe.base.errors import BatchError, FitError, InternalError
@@ -131,10 +132,7 @@ def test_a_worker_lost_with_nothing_to_do_is_replaced(two):
     lost = {number for _, number in as_done(process_number, range(4), two)}
     for number in lost:
         os.kill(number, signal.SIGTERM)
-    deadline = time.monotonic() + 10
-    while lost & {child.pid for child in multiprocessing.active_children()}:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: not lost & {child.pid for child in multiprocessing.active_children()})
     assert dict(as_done(squared, range(4), two)) == {0: 0, 1: 1, 2: 4, 3: 9}
 
 
@@ -179,13 +177,6 @@ def test_workers_end_with_who_began_them_and_leave_nothing_half_written(tmp_path
     if number == "SIGINT":
         assert said == "interrupted; archived results are kept; run the same command again to continue\n"
         assert begun.returncode == 130
-
-
-def wait_until(true) -> None:
-    deadline = time.monotonic() + 30
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 # --- Dask ---

@@ -3,11 +3,11 @@
 import socket
 import threading
 import time
-from collections.abc import Callable
 from contextlib import ExitStack, suppress
 
 import pytest
 from browse_client import Client, serving
+from waiting import wait_until
 
 from tribopipe.browse import server
 from tribopipe.browse.server import HOST
@@ -32,14 +32,6 @@ def lost(monkeypatch):
 
     monkeypatch.setattr(server.PatientProtocol, "connection_lost", connection_lost)
     return ended
-
-
-def wait_until(holds: Callable[[], bool]) -> None:
-    """Wait for what a busy machine may take long for."""
-    latest = time.monotonic() + 20
-    while not holds():
-        assert time.monotonic() < latest
-        time.sleep(0.02)
 
 
 def sent(client: Client, text: str, held: ExitStack) -> socket.socket:
