@@ -217,11 +217,11 @@ SPOILED = {
     ),
     "scar wider than the pin": (
         key("pin_scar_diameter", '"1.6 mm"'),
-        ["run.toml", "end_values.pin_scar_diameter", "1600 µm", "1588 µm", "check both units"],
+        ["run.toml", "end_values.pin_scar_diameter", "1600 µm", "1588 µm", "check the units of both values"],
     ),
     "wear deeper than the pin's radius": (
         key("pin_scar_diameter", '"200 um"\npin_wear_depth = "0.8 mm"'),
-        ["run.toml", "end_values.pin_wear_depth", "800 µm", "794.0 ± 1.6 µm", "check both units"],
+        ["run.toml", "end_values.pin_wear_depth", "800 µm", "794.0 ± 1.6 µm", "check the units of both values"],
     ),
     "depth below zero": (
         key("pin_scar_diameter", '"200 um"\npin_wear_depth = "-1 um"'),
@@ -238,7 +238,7 @@ SPOILED = {
     "scar on a flat pin": (key("shape", '"flat"'), ["run.toml", "end_values.pin_scar_diameter", "flat pin"]),
     "more volume than the tip": (
         key("pin_scar_diameter", '"200 um"\npin_wear_volume = "2 mm^3"'),
-        ["end_values.pin_wear_volume", "2 mm³", "1.048 mm³", "check both units"],
+        ["end_values.pin_wear_volume", "2 mm³", "1.048 mm³", "check the units of both values"],
     ),
     "wear below zero": (
         key("pin_scar_diameter", '"200 um"\npin_wear_depth = "-1 um"'),

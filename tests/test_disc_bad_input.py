@@ -83,7 +83,7 @@ CASES = {
     "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "-0.25 N", "check sign")),
     "wear deeper than the crown radius": (
         end('curved_disc_wear_depth = "4 mm"'),
-        ("end_values.curved_disc_wear_depth", "not less than the crown radius of", "check both units"),
+        ("end_values.curved_disc_wear_depth", "not less than the crown radius of", "check the units of both values"),
     ),
     "cylindrical disc worn deeper than the crown radius": (
         end('flat_disc_wear_depth = "5 mm"'),
@@ -102,7 +102,7 @@ CASES = {
             sub(r"(?m)^\[contact.flat_disc\]$", '[contact.flat_disc]\nwidth = "0.1 mm"')(run),
             end('flat_disc_track_width = "150 um"')(run),
         ),
-        ("end_values.flat_disc_track_width", "more than the disc width", "check both units"),
+        ("end_values.flat_disc_track_width", "more than the disc width", "check the units of both values"),
     ),
     "volume below zero": (
         key("curved_disc_wear_volume", '"-0.001 mm^3"'),

@@ -83,7 +83,7 @@ def test_scan_lines_run_along_the_column_that_run_toml_names():
     text = scan_lines(1, 0, 2)
     _, lines, _ = profiles(text, Units("mm", "um"), position="y")
     assert len(lines) == len(LINES)
-    with pytest.raises(ReaderError, match="found 4 points with position and height"):
+    with pytest.raises(ReaderError, match="found 4 points with both position and height"):
         profiles(text, Units("mm", "um"))
 
 

@@ -37,11 +37,9 @@ Radius = Annotated[
     ),
 ]
 PositionUnit = Annotated[
-    str | None, typer.Option(help="Unit of the positions, for example mm, if the file states no unit.")
+    str | None, typer.Option(help="Position unit, for example mm, if the file does not contain it.")
 ]
-HeightUnit = Annotated[
-    str | None, typer.Option(help="Unit of the heights, for example um, if the file states no unit.")
-]
+HeightUnit = Annotated[str | None, typer.Option(help="Height unit, for example um, if the file does not contain it.")]
 _FIGURES = Path("figures")
 """Folder for the figures of a file, or of a run in a remote archive, in the current folder."""
 _MOST_REASONS = 4

@@ -56,7 +56,7 @@ def new(
         bool,
         typer.Option(
             "--each-row",
-            help="Create a run folder for each row of a table (.csv or .xlsx) of tests without recordings.",
+            help="Create a run folder for each row of a table (.csv or .xlsx) of tests without recorded signals.",
         ),
     ] = False,
     split: Annotated[
@@ -87,7 +87,7 @@ def new(
 
     For a folder, it creates one run folder per export and lists duplicates, unusually short tests and files that are
     not exports. With --each-sheet or --split, it creates one run folder per test in the file, each with its own copy of
-    the file. With --each-row, it creates one run folder per row of a table of tests without recordings.
+    the file. With --each-row, it creates one run folder per row of a table of tests without recorded signals.
 
     In a terminal, it prompts for values that the files do not contain; unanswered values become commented lines in
     run.toml. The original files are not modified.

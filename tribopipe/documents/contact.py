@@ -152,7 +152,7 @@ class Pin(Tip):
         if self.flat_radius is not None and self.flat_radius.value >= self.radius.value:
             raise ValueError(
                 f"flat_radius: found {self.flat_radius.shown('um')}, not less than the sphere radius of "
-                f"{self.radius.shown('um')}; expected a smaller flat; check both units"
+                f"{self.radius.shown('um')}; expected a smaller flat; check the units of both values"
             )
         return self
 
@@ -491,7 +491,7 @@ class SlidingPin(Contact):
         if depth is not None and not self.pin.constant_area and depth.value >= radius.value:
             raise ValueError(
                 f"{where}.pin_wear_depth: found {depth.shown('um')}, not less than the pin radius of "
-                f"{radius.shown('um')}; expected a smaller wear depth; check both units"
+                f"{radius.shown('um')}; expected a smaller wear depth; check the units of both values"
             )
 
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
@@ -504,7 +504,7 @@ class SlidingPin(Contact):
         if scar.value >= diameter:
             raise ValueError(
                 f"{key}: found {scar.shown('um')}, not less than the pin diameter of "
-                f"{show(diameter, None, 'm', 'um')}; expected a smaller scar; check both units"
+                f"{show(diameter, None, 'm', 'um')}; expected a smaller scar; check the units of both values"
             )
 
     def with_bodies(self, pin: Tip, counterbody: Specimen) -> Self:

@@ -107,7 +107,7 @@ class FourBall(SlidingBall):
         if weld is not None and load.value >= weld.value:
             raise ValueError(
                 f"conditions.normal_load: found {load.shown('N')}, not less than the weld load of {weld.shown('N')}; "
-                "expected a load below the weld load, since welded balls do not slide; check both units"
+                "expected a load below the weld load, since welded balls do not slide; check the units of both values"
             )
 
     @classmethod

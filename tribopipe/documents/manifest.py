@@ -200,7 +200,7 @@ class ColumnSource(Record):
     column: str = Field(min_length=1)
     """Name of the column, as in the header of the file."""
     unit: str | None = None
-    """Unit of the column; overrides the unit in the file; required if the file states none."""
+    """Unit of the column; overrides the unit in the file; required if the file contains none."""
 
 
 def _column_by_name(written: Any) -> Any:

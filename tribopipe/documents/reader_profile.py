@@ -123,7 +123,7 @@ class DescribedColumn(Record):
     axis: Literal["x", "y", "z"] | None = None
     """Coordinate of a profile: x along the scan, y across scans, z the height, positive out of the specimen."""
     unit: Unit | None = None
-    """Unit after scale and offset; overrides the unit in the file; required if the file states none."""
+    """Unit after scale and offset; overrides the unit in the file; required if the file contains none."""
     scale: float = 1.0
     """Factor by which the column is multiplied."""
     offset: float = 0.0
@@ -138,7 +138,7 @@ class Fact(Record):
     pattern: Pattern
     """Regular expression; the value is the match of its first group, or the entire match if there is no group."""
     unit: Unit | None = None
-    """Unit of the number, if the file states none."""
+    """Unit of the number, if the file contains none."""
     date: str | None = None
     """Format of a date in the codes of strftime: "%d.%m.%Y %H:%M"."""
 

@@ -63,7 +63,7 @@ class WearRecipe(Record):
 
 
 class DefaultUncertainty(Record):
-    """Default standard uncertainties, relative or absolute, by name; used if run.toml states none."""
+    """Default standard uncertainties, relative or absolute, by name; used if run.toml contains none."""
 
     normal_load: float = Field(default=0.01, ge=0)
     """Relative."""
@@ -134,6 +134,6 @@ class Recipe(Record):
     wear: WearRecipe = WearRecipe()
     """Wear fit."""
     uncertainty: DefaultUncertainty = DefaultUncertainty()
-    """Standard uncertainties used if run.toml states none."""
+    """Standard uncertainties used if run.toml contains none."""
     monte_carlo: MonteCarloRecipe = MonteCarloRecipe()
     """Settings of the propagation of distributions."""

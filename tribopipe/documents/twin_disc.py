@@ -154,15 +154,15 @@ class TwinDisc(Contact):
             if depth is not None and depth.value >= crown.value:
                 raise ValueError(
                     f"{where}.{name}_wear_depth: found {depth.shown('um')}, not less than the crown radius of "
-                    f"{crown.shown('mm')}; expected a smaller wear depth; check both units"
+                    f"{crown.shown('mm')}; expected a smaller wear depth; check the units of both values"
                 )
             if width is not None and width.value >= 2 * crown.value:
                 raise ValueError(
                     f"{where}.{name}_track_width: found {width.shown('mm')}, not less than twice the crown radius of "
-                    f"{crown.shown('mm')}; expected a narrower wear track; check both units"
+                    f"{crown.shown('mm')}; expected a narrower wear track; check the units of both values"
                 )
             if width is not None and disc.width is not None and width.value > disc.width.value:
                 raise ValueError(
                     f"{where}.{name}_track_width: found {width.shown('mm')}, more than the disc width of "
-                    f"{disc.width.shown('mm')}; expected a narrower wear track; check both units"
+                    f"{disc.width.shown('mm')}; expected a narrower wear track; check the units of both values"
                 )

@@ -385,7 +385,7 @@ def study_toml(study: Study) -> str:
     depth = study.end_of_life
     if depth is None:
         lines.append(
-            '# end_of_life = "50 um"             # wear depth for which the sliding distance or rotations are '
+            '# end_of_life = "50 um"             # wear depth for which the sliding distance or number of rotations is '
             "calculated"
         )
     else:

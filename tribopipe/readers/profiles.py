@@ -171,7 +171,7 @@ def _account(lines: int, profiles: list[Profile], fewest: int, file: str, key: s
     """Note what was left out. Raises ``ReaderError`` where nothing is left."""
     if not profiles:
         raise ReaderError(
-            f"{file}: found {fewest} points with position and height for {key}; expected at least {_FEWEST}; "
+            f"{file}: found {fewest} points with both position and height for {key}; expected at least {_FEWEST}; "
             "export the complete profile"
         )
     if len(profiles) < lines:

@@ -205,7 +205,7 @@ def chosen(source: SourceFile, found: Sequence[Judged]) -> list[Judged]:
     if len(best) > 1:
         raise ReaderError(
             f"{source.name}: found a file that the readers {' and '.join(best)} recognize with equal confidence; "
-            f'expected one reader; specify reader = "{best[0]}" in run.toml, or --reader {best[0]}'
+            f'expected exactly one matching reader; specify reader = "{best[0]}" in run.toml, or --reader {best[0]}'
         )
     return sure
 

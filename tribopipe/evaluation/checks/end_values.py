@@ -77,7 +77,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
             f"{where}.{'pin_wear_volume' if end.pin_wear_volume is not None else 'pin_mass_loss'}",
             f"found a wear volume of {volume.shown('mm^3')} on a tip with a volume of "
             f"{show(held, None, 'm^3', 'mm^3')}; expected a wear volume smaller than the volume of the tip",
-            "check both units",
+            "check the units of both values",
         )
     scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
     if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
@@ -108,7 +108,7 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
                 f"{where}.disc_track_width",
                 f"found {width.shown('um')}, not less than the {size} "
                 f"({show(2 * radius.value, None, 'm', 'mm')}); expected a narrower track",
-                "check both units",
+                "check the units of both values",
             )
 
 
@@ -185,7 +185,7 @@ def _bodies_contradict(run: RawRun) -> Iterator[Trouble]:
             "end_values",
             f"found two values for the wear {found.what} of the {found.body}: {first} from {found.one.name} and "
             f"{second} from {found.other.name}{apart}; expected agreement; {used} is used, not their mean",
-            "repeat the measurement, or check both units",
+            "repeat the measurement, or check the units of both values",
         )
 
 

@@ -537,7 +537,7 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
             "conditions.stroke",
             f"found a stroke of {stroke.shown('mm')}, not longer than {what} of {show(longest, None, 'm', 'mm')}; "
             "expected a longer stroke: at this stroke, parts of both bodies never leave the contact (fretting)",
-            "check both units; in fretting, report the wear volumes and do not predict depths from k_D",
+            "check the units of both values; in fretting, report the wear volumes and do not predict depths from k_D",
         )
 
 
@@ -624,7 +624,7 @@ def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
         yield Trouble(
             "end_values.pin_scar_diameter, end_values.disc_track_width",
             f"found a scar {scar.shown('um')} wide and a track {width.shown('um')} wide; expected about the same width",
-            "check that the diameter of the scar is given, not its radius, and check both units",
+            "check that the diameter of the scar is given, not its radius, and check the units of both values",
         )
 
 
@@ -644,5 +644,5 @@ def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
             f"end_values.pin_scar_diameter, end_values.{groove.name}",
             f"found a scar {scar.shown('um')} wide and a groove {groove.depth.shown('um')} deep, in which the pin "
             f"has a contact width of at least {show(width, None, 'm', 'um')}; expected about the same width",
-            "check that the diameter of the scar is given, not its radius, and check both units",
+            "check that the diameter of the scar is given, not its radius, and check the units of both values",
         )
