@@ -52,8 +52,7 @@ class Study(Record):
     """Inputs with the same error in all runs, such as the moduli of one material or the load from one load cell; inputs
     that do not apply to a run are ignored. Parameters of a wear law given in a recipe are always shared."""
     end_of_life: Length | None = None
-    """Wear depth, of the pin or the crowned disc, for which the sliding distance or the number of rotations of every run
-    is calculated."""
+    """Wear depth of the pin or the crowned disc, for which each run's sliding distance or rotations are calculated."""
 
     @model_validator(mode="after")
     def _each_run_has_one_place(self) -> Self:
