@@ -26,7 +26,7 @@ from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
 from tribopipe.evaluation.wear.problem import PRESSURE, WearProblem, wear_problem
 from tribopipe.evaluation.wear.uncertainty import coefficient_draws, solve_draws
 from tribopipe.extras.simulate import VirtualTest
-from tribopipe.physics.pin_on_track import depth_growth, volume_growth
+from tribopipe.physics.pin_on_track import SphereOnTrack, depth_growth
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.run import RawRun
 
@@ -125,12 +125,13 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
     truth, raw = virtual(run_id, sensors=quiet(), **ends)
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), **ends)
     # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way.
-    deeper = truth.worn.pin_depth * (depth_growth(truth.distance / truth.distance[-1], disc_share) - 1)
-    raw = with_depth(raw, raw.columns["depth"] + deeper)
+    tip = SphereOnTrack(raw.manifest.sliding_pin.pin.radius.value)
+    grown = depth_growth(tip, truth.distance / truth.distance[-1], worn, disc_share * worn)
+    raw = with_depth(raw, raw.columns["depth"] + truth.worn.pin_depth * (grown - 1))
     joint = joint_fit(raw)
     # An end value of ±250 nm says next to nothing of WC-Co: what is found, the law's shape has said.
     # And it would have lost more.
-    more = float(volume_growth(disc_share))
+    more = float(tip.at_depths(worn, disc_share * worn).pin_volume / tip.at_depths(worn, 0.0).pin_volume)
     assert (1 + coefficient_error(joint.wear_coefficient, truth)) / more == pytest.approx(1, abs=1e-3)
     assert [zero.value for zero in joint.zero_offsets] == pytest.approx(
         [truth.run.zero_offset.value], abs=1e-9 + 2e-3 * disc_share * worn

@@ -75,13 +75,17 @@ def test_volume_that_a_rigid_sphere_does_not_hold_is_refused():
 
 @pytest.mark.parametrize("ratio", [1.0, 10.0, 60.0, 300.0])
 def test_pin_is_deeper_on_its_way_than_its_share_of_the_last_volume_says(ratio):
-    # The sphere itself, slice by slice, against the paraboloid of depth_growth.
     volume = 1.35e-14 * 0.2 * 500 * SHARE
-    worn = SphereOnTrack(RADIUS).worn(volume, ratio * volume / (2 * np.pi * 4e-3))
-    last = float(worn.groove_depth[-1] / worn.pin_depth[-1])
+    tip = SphereOnTrack(RADIUS)
+    worn = tip.worn(volume, ratio * volume / (2 * np.pi * 4e-3))
+    pin, groove = float(worn.pin_depth[-1]), float(worn.groove_depth[-1])
     alone = RigidSphere(RADIUS)
-    plain = alone.worn(SHARE[1:] * alone.volume(float(worn.pin_depth[-1]))).depth
-    np.testing.assert_allclose(plain * depth_growth(SHARE[1:], last), worn.pin_depth[1:], rtol=4e-3)
+    plain = alone.worn(SHARE[1:] * alone.volume(pin)).depth
+    np.testing.assert_allclose(plain * depth_growth(tip, SHARE[1:], pin, groove), worn.pin_depth[1:], rtol=2e-5)
+
+
+def test_a_groove_as_deep_as_the_tip_leaves_no_way_to_look_at():
+    assert depth_growth(SphereOnTrack(RADIUS), SHARE, 1e-6, RADIUS).tolist() == [1.0] * len(SHARE)
 
 
 @pytest.mark.parametrize(
@@ -152,3 +156,31 @@ def test_disc_that_nobody_looked_at_is_in_the_budget_and_a_note():
     named = [any(line.name == "unseen groove" for line in fit.first.budget) for fit in fits]
     assert noted == named == [True, False]
     assert fits[0].first.wear_coefficient.standard_uncertainty > 2 * fits[1].first.wear_coefficient.standard_uncertainty
+
+
+def beside_a_measured_groove(disc_share: float, *, gain: float = 1.0) -> RawRun:
+    """A reading without noise of a pin that nobody measured, in a groove that somebody did, within 2 %."""
+    raw = recorded_by_the_volume(1.35e-14, disc_share)
+    groove = raw.manifest.end_values.disc_wear_depth.value
+    ends = EndValues(disc_wear_depth=depth(groove, 0.02 * groove))
+    manifest = raw.manifest.model_copy(update={"end_values": ends})
+    return RawRun(manifest, raw.columns | {"depth": gain * raw.columns["depth"]}, raw.origins, {}, {}, ())
+
+
+def fitted_pin(raw: RawRun):
+    # The disc of the sample is said not to wear: what tells the pin from the groove is the reading alone.
+    return fit_wear(raw, recipe=Recipe(uncertainty=DefaultUncertainty(unseen_groove=0.0))).bodies["pin"]
+
+
+@pytest.mark.parametrize("disc_share", [20.0, 60.0])
+def test_pin_that_nobody_measured_has_its_k_d_beside_a_deep_groove(disc_share):
+    found = fitted_pin(beside_a_measured_groove(disc_share)).wear_coefficient
+    assert found.value == pytest.approx(1.35e-14, rel=0.002, abs=0.0)
+
+
+def test_a_sensor_that_reads_too_much_is_not_all_wear_of_the_pin():
+    # 0.5 % of pin and groove are 1.2 % of the pin, but the groove takes its part.
+    low, high = (fitted_pin(beside_a_measured_groove(60.0, gain=gain)) for gain in (0.995, 1.005))
+    by_scale = next(line.relative for line in high.budget if line.name == "depth scale")
+    moved = np.log(high.wear_coefficient.value / low.wear_coefficient.value) / 2
+    assert by_scale == pytest.approx(moved, rel=0.2)

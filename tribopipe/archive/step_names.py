@@ -30,13 +30,13 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
-    "drift_correction": 6,
+    "drift_correction": 7,
     "friction_fit": 4,
     "specific_wear": 5,
-    "wear_fit": 11,
-    "prediction": 6,
+    "wear_fit": 12,
+    "prediction": 7,
     "local_wear": 1,
-    "study": 7,
+    "study": 8,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

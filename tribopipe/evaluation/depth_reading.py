@@ -252,15 +252,12 @@ class _Groove:
         tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
         return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)
 
-    def ratio(self, end_depth: float) -> float:
-        """Return its depth over that of the pin where that shapes the scar, and 0 where it does not."""
-        depth = end_depth if self.pin_depth is None else self.pin_depth
-        return max(self.measured.value, 0.0) / depth if self.tip.widens and depth > 0 else 0.0
-
     def deepened(self, depth: Column, worn: Column, end_depth: float) -> Column:
         """Return the depth of the pin, m, which was deeper on its way than on a plane, while the groove was shallow."""
-        ratio = self.ratio(end_depth)
-        return depth * depth_growth(worn, ratio) if ratio else depth
+        pin, groove = end_depth if self.pin_depth is None else self.pin_depth, self.measured.value
+        if not self.tip.widens or pin <= 0 or groove <= 0:
+            return depth
+        return depth * depth_growth(self.tip.on_track(self.tip.radius), worn, pin, groove)
 
     def share(self, pin: Column, end_depth: float) -> Column:
         """Return what share of the groove is worn where the pin is worn to some depths, m.

@@ -36,7 +36,9 @@ _CONVERGED = 1e-9
 """Relative step after which a root that converges faster than linearly is exact."""
 _MANY = 1000
 """Contacts from which on a polynomial through fewer gives them sooner."""
-_GROWTH_NODES = 201
+_GROWTH_NODES = 129
+_MOST_OF_THE_PIN = 0.9
+"""Share of the greatest approach up to which the way of a pin in a groove is looked at."""
 
 
 @dataclass(frozen=True)
@@ -465,27 +467,33 @@ def volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(16 / np.pi * np.sum(_WEIGHTS * x * t**2 * under, axis=-1))
 
 
-def depth_growth(share: ArrayLike, depth_ratio: float) -> NDArray[np.float64]:
-    """Return by what factor a sphere has worn deeper on its way than on a track that does not wear.
+def depth_growth(tip: OnTrack, share: ArrayLike, pin_depth: float, groove_depth: float) -> NDArray[np.float64]:
+    """Return by what factor a pin has worn deeper on its way than on a track that does not wear.
 
-    Of a paraboloid, whose scar was x times as long as at the end, the depth was x² and that of the groove x³ of the
-    last one; the share of the volume follows by ``volume_growth``:
-
-        V_1/V_end = x⁴·g(q·x)/g(q),        factor = x²/√(V_1/V_end)
+    Where the pin was worn to a depth, the groove was as deep as its middle slice had lost area, which gives the volume
+    that had been lost by then. On a track that does not wear the same share of the volume is lost at another depth.
 
     Parameters
     ----------
+    tip
+        The pin on its track.
     share
         Share of the volume at the end that the pin has lost, from 0 to 1; any shape.
-    depth_ratio
-        q, depth of the groove over wear depth of the pin, at the end.
+    pin_depth, groove_depth
+        Depths in the middle at the end, m, both above zero.
 
     Returns
     -------
     ndarray
-        1 at the end, √g(q) at the start; of the same shape.
+        1 at the end, and more on the way; of the same shape.
     """
-    x = np.linspace(0.0, 1.0, _GROWTH_NODES)
-    grown = volume_growth(depth_ratio * x)
-    lost = x**4 * grown / grown[-1]
-    return np.asarray(np.interp(_floats(share), lost, np.sqrt(grown[-1] / grown)))
+    deepest = min(pin_depth, _MOST_OF_THE_PIN * float(tip.most) - groove_depth)
+    if deepest <= 0:
+        return np.ones(np.shape(share))
+    depth = deepest * np.linspace(0.0, 1.0, _GROWTH_NODES)[1:] ** 2
+    groove = groove_depth * tip.middle_slice(depth) / tip.middle_slice(deepest)
+    # Depths are about proportional to the root of the volume: of that, interpolation is next to exact.
+    worn, on_plane = (np.sqrt(tip.at_depths(depth, beside).pin_volume) for beside in (groove, 0.0))
+    root = worn / worn[-1]
+    plane = np.interp(root, on_plane / on_plane[-1], depth)
+    return np.asarray(np.interp(np.sqrt(_floats(share)), root, depth / plane))

@@ -32,7 +32,6 @@ from tribopipe.evaluation.wear.problem import PRESSURE, Tangent, WearProblem
 from tribopipe.physics.depth_model.block_averages import DepthSamples
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.laws import LawParameter
-from tribopipe.physics.pin_on_track import volume_growth
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import Basis
 
@@ -236,10 +235,21 @@ class DepthProblem(WearProblem):
         return self._stretched(drawn, stretched)
 
     def _stretched(self, depth: Column | float, factor: Column) -> Column:
-        """Return H, m, were the scale of the sensor larger by a factor: a groove that was measured stays as it is."""
+        """Return H, m, were the scale of the sensor larger by a factor."""
         if not self._groove_alone:
             return np.asarray(factor * depth)
-        return np.maximum(factor * (depth + self._groove_alone) - self._groove_alone, _LEAST_DEPTH)
+        return np.maximum(depth + (factor - 1) * self._per_scale, _LEAST_DEPTH)
+
+    @cached_property
+    def _per_scale(self) -> float:
+        """∂H/∂ln(scale of the sensor), m, next to a groove that was measured.
+
+        What of a larger reading is wear of the pin, and what is the groove's, is for the reading's shape to tell.
+        """
+        spread = (self.inputs["depth_scale"].spread or _STEP) / self.values["depth_scale"]
+        scaled = (replace(self.reading, depth=(1 + by) * self.reading.depth) for by in (-spread, spread))
+        low, high = (self._moments(depth_posterior(reading))[0] for reading in scaled)
+        return (high - low) / (2 * spread)
 
     @cached_property
     def _groove_alone(self) -> float:
@@ -266,7 +276,7 @@ class DepthProblem(WearProblem):
         if not self._groove_alone or not self.contact.pin.widens:
             return volume
         ratio = np.maximum(values["disc_end_value"], 0.0) / depth
-        return np.asarray(volume * volume_growth(ratio) / self._groove_growth(values))
+        return np.asarray(volume * self._growth_at(ratio) / self._groove_growth(values))
 
     def coefficient(self) -> float:
         """Return k_D, m²/N, at the best estimates."""

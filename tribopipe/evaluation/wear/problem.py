@@ -149,7 +149,21 @@ class WearProblem:
 
     def _groove_growth(self, values: Values) -> Numbers:
         ratio = self._depth_ratio(values)
-        return volume_growth(ratio) if np.any(ratio) else 1.0
+        return self._growth_at(ratio) if np.any(ratio) else 1.0
+
+    def _growth_at(self, ratio: Numbers) -> Column:
+        """Return the volume that the pin has lost over that on a plane, for the depth of the groove over its own."""
+        return np.asarray(volume_growth(ratio) * self._beyond_paraboloid)
+
+    @cached_property
+    def _beyond_paraboloid(self) -> float:
+        """By what factor that of the tip is larger than that of a paraboloid: next to the same whatever the inputs."""
+        ratio, depth = float(self._depth_ratio(self.values)), self.end.pin_depth.value
+        tip = self.end.tip.on_track(self.end.tip.radius)
+        if not depth * (1 + ratio) < float(tip.most):
+            return 1.0
+        beside, alone = (float(tip.at_depths(depth, groove).pin_volume) for groove in (ratio * depth, 0.0))
+        return beside / alone / float(volume_growth(ratio))
 
     def _grown(self, distance: Column) -> Numbers:
         """Return by what factor the pin was deeper on its way, while the groove was shallower than at the end."""
@@ -157,7 +171,8 @@ class WearProblem:
         if not ratio:
             return 1.0
         whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
-        return depth_growth(self.effective_distance(self.values, distance) / whole, ratio)
+        tip, depth = self.end.tip.on_track(self.end.tip.radius), self.end.pin_depth.value
+        return depth_growth(tip, self.effective_distance(self.values, distance) / whole, depth, ratio * depth)
 
     def _depth_ratio(self, values: Values) -> Numbers:
         """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
