@@ -229,6 +229,26 @@ def test_bodies_are_asked_for_once_the_shape_is_told(export):
     assert read_run(made.folder).manifest.sliding_pin.disc.material == "304"
 
 
+def test_what_is_typical_of_a_material_is_offered_as_soon_as_it_is_named(export):
+    ask = answering("50 N", "2.4 m/s", "spherical", "D = 6 mm", "100Cr6", "y", "y", "C45", "200 GPa", "y")
+    contact = document(make_run(Wanted([export]), ask, str).folder)["contact"]
+    assert "(210 GPa: typical of steel; enter y to accept; press Enter to skip)" in ask.asked[5]
+    assert (contact["pin"]["youngs_modulus"], contact["pin"]["poisson_ratio"]) == ("210 GPa", 0.3)
+    assert (contact["disc"]["youngs_modulus"], contact["disc"]["poisson_ratio"]) == ("200 GPa", 0.3)
+
+
+def test_what_is_typical_of_a_material_is_taken_only_where_it_is_accepted(run_cli, lab):
+    head = b"Ball;100Cr6\nDisc;PEEK CF30\n\n"
+    put(lab, a=head + table("Friction force [N]", [1.0, 2.0]))
+    offered, taken = (run_cli("new", "a.csv", "--id", name, *more) for name, more in (("b", []), ("c", ["--accept"])))
+    assert "run.toml suggests values for 2 of these keys; accept them with --accept" in offered.stderr
+    assert "contact.pin.youngs_modulus = 210 GPa, typical of steel" in taken.stderr
+    assert '# youngs_modulus = "210 GPa"      # typical of steel\n' in (lab / "b" / "run.toml").read_text(
+        encoding="utf-8"
+    )
+    assert taken.stderr.count("typical of") == 3  # nothing is of a polymer with fibers
+
+
 def test_of_a_pin_without_a_shape_nothing_more_is_asked(export):
     ask = answering("50 N", "", "")
     make_run(Wanted([export]), ask, str)

@@ -7,7 +7,7 @@ import pytest
 from end_value_runs import run_of
 
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.evaluation.checks.material_ranges import CLASSES, expected_of
+from tribopipe.evaluation.checks.material_ranges import _TYPICAL, CLASSES, expected_of, typical_of
 from tribopipe.evaluation.checks.registry import check_run
 
 BENCH = {
@@ -126,6 +126,33 @@ def test_composite_may_have_the_numbers_of_any_part():
 def test_name_that_says_nothing_is_compared_with_nothing(material):
     assert expected_of(material) is None
     assert not [one for one in flags(bench({"contact.pin.material": material})) if one[2].startswith("contact.pin")]
+
+
+@pytest.mark.parametrize(
+    ("material", "title"),
+    [("100Cr6", "steel"), ("Si₃N₄", "silicon nitride"), ("PTFE", "PTFE"), ("EN AW-6082", "aluminum alloy")],
+)
+def test_typical_values_lie_in_the_ranges_of_their_class(material, title):
+    known, (found, typical) = expected_of(material), typical_of(material)
+    assert found == known.title == title
+    assert known.modulus[0] < typical.modulus < known.modulus[1]
+    assert known.density[0] < typical.density < known.density[1]
+    assert 0.1 <= typical.poisson_ratio < 0.5
+
+
+@pytest.mark.parametrize(
+    "material", ["PEEK CF30", "PPS + 40 % GF", "PTFE 25GF", "steel, DLC coated", "NBR 70", "our own"]
+)
+def test_nothing_is_typical_of_filled_coated_and_unknown_materials(material):
+    assert typical_of(material) is None
+
+
+def test_each_class_with_typical_values_is_one():
+    assert _TYPICAL.keys() <= {one.title for one in CLASSES}
+    for one in CLASSES:
+        if typical := _TYPICAL.get(one.title):
+            assert one.modulus[0] < typical.modulus < one.modulus[1]
+            assert one.density[0] < typical.density < one.density[1]
 
 
 def test_ranges_are_ranges():

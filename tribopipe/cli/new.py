@@ -67,7 +67,7 @@ def new(
     ] = None,
     accept: Annotated[
         bool,
-        typer.Option("--accept", help="Accept values found in the file name and the recording if they agree."),
+        typer.Option("--accept", help="Accept suggested values (file name, recording, typical of the material)."),
     ] = False,
     ends: Annotated[
         Path | None,
@@ -182,5 +182,7 @@ def _tell(made: "NewRun") -> None:
         say(f"still to be corrected: {made.problem}")
     if made.bodies_lack:
         say(f"only friction is evaluated until run.toml describes the bodies; missing: {', '.join(made.bodies_lack)}")
+    if made.suggested:
+        say(f"run.toml suggests values for {made.suggested} of these keys; accept them with --accept")
     first = f"edit {made.folder / 'run.toml'}, then " if made.missing or made.problem else ""
     say(f"Next: {first}tribopipe process {made.folder}")

@@ -62,7 +62,7 @@ _SYNONYMS: dict[SignalName, str] = {
         "coeffriccion coefrozamiento coeffriction 摩擦系数 摩擦因数 摩擦係数"
     ),
     "depth": (
-        "weardepth penetrationdepth displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
+        "weardepth penetrationdepth penetration displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
         "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddesgaste desgaste h "
         "profondeur profondeurpenetration profondeurusure usure profondita usura weartrackdepth verschleissweg "
         "verschleissbetrag linearerverschleiss wegaufnehmer usurelineaire enfoncement desgastelineal przemieszczenie "

@@ -1,8 +1,8 @@
-"""Classes of materials by name, with the ranges that their modulus, density and hardness lie in.
+"""Classes of materials by name, with the ranges that modulus, density and hardness lie in, and typical values.
 
 Ranges are those of M. F. Ashby, Materials Selection in Mechanical Design (4th ed., 2011), Appendix A, and of ASM
 Handbook, Vol. 18 (2017), rounded outwards so that porous, filled and coated grades lie within: they are to find a wrong
-unit or a digit too many, not to judge a material.
+unit or a digit too many, not to judge a material. Typical values are those of dense, unfilled grades.
 """
 
 import re
@@ -68,6 +68,43 @@ CLASSES = (
 )
 """A name that fits several, such as PPS with PTFE, may have the numbers of any of them."""
 
+
+class Typical(NamedTuple):
+    """Typical properties of a class of materials."""
+
+    modulus: float
+    """Young's modulus, GPa."""
+    poisson_ratio: float
+    density: float
+    """g/cm³."""
+
+
+_TYPICAL = {
+    "silicon nitride": Typical(305, 0.27, 3.2),
+    "alumina": Typical(380, 0.22, 3.9),
+    "zirconia": Typical(205, 0.31, 6),
+    "silicon carbide": Typical(410, 0.17, 3.15),
+    "cemented carbide": Typical(620, 0.22, 14.9),
+    "boron carbide": Typical(450, 0.17, 2.5),
+    "diamond": Typical(1100, 0.1, 3.5),
+    "cast iron": Typical(120, 0.26, 7.2),
+    "steel": Typical(210, 0.3, 7.85),
+    "cobalt-chromium alloy": Typical(230, 0.3, 8.4),
+    "copper alloy": Typical(110, 0.34, 8.6),
+    "aluminum alloy": Typical(71, 0.33, 2.75),
+    "titanium alloy": Typical(114, 0.34, 4.43),
+    "glass": Typical(70, 0.21, 2.4),
+    "PTFE": Typical(0.5, 0.46, 2.2),
+    "PEEK": Typical(3.7, 0.4, 1.3),
+    "polyamide": Typical(2.5, 0.4, 1.14),
+    "polyethylene": Typical(0.8, 0.46, 0.94),
+    "PPS": Typical(3.6, 0.38, 1.35),
+    "POM": Typical(2.9, 0.38, 1.41),
+}
+"""By the title of the class; the members of the others differ too much."""
+_FILLED = re.compile(r"\+|%|[cg]f ?\d|\d ?[cg]f\b|\b[cg]f\b|fill|fib(er|re)|composite|coat")
+"""What names of materials have that are not those of their class alone."""
+
 _SUBSCRIPTS = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
 
 
@@ -82,8 +119,7 @@ class Expected(NamedTuple):
 
 def expected_of(material: str) -> Expected | None:
     """Return the ranges for a material as a lab calls it, such as "Si₃N₄"; None for an unknown name."""
-    name = material.translate(_SUBSCRIPTS).lower()
-    found = [one for one in CLASSES if re.search(one.names, name)]
+    found = _classes(material)
     if not found:
         return None
     hardness = [one.hardness for one in found if one.hardness is not None]
@@ -93,6 +129,22 @@ def expected_of(material: str) -> Expected | None:
         _union([one.density for one in found]),
         _union(hardness) if len(hardness) == len(found) else None,
     )
+
+
+def typical_of(material: str) -> tuple[str, Typical] | None:
+    """Return the class of a material as a lab calls it, and what is typical of it.
+
+    None for an unknown name, for one that fits several classes, and for filled and coated materials.
+    """
+    titles = [one.title for one in _classes(material)]
+    if len(titles) != 1 or titles[0] not in _TYPICAL or _FILLED.search(material.lower()):
+        return None
+    return titles[0], _TYPICAL[titles[0]]
+
+
+def _classes(material: str) -> list[MaterialClass]:
+    name = material.translate(_SUBSCRIPTS).lower()
+    return [one for one in CLASSES if re.search(one.names, name)]
 
 
 def _union(ranges: list[Range]) -> Range:

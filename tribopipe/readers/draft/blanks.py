@@ -16,7 +16,7 @@ from tribopipe.readers.draft.known_values import (
     toml,
     value_of,
 )
-from tribopipe.readers.draft.value_sources import take_radius
+from tribopipe.readers.draft.value_sources import offer_typical, take_radius
 
 
 class Blank(NamedTuple):
@@ -152,6 +152,7 @@ _MORE_WORDS = {
 def ask_for_missing(known: Known, ask: Ask, say: Say) -> None:
     """Ask for what is not known, what is needed first; no answer leaves a key open."""
     for key in _open_questions(known):
+        offer_typical(known)  # of the material that the last answer may be
         while answer := ask(_question(known, key)).strip():
             problem = _answered(known, key, answer)
             if problem is None:

@@ -32,7 +32,7 @@ from tribopipe.readers.draft.run_files import (
     which_profile,
 )
 from tribopipe.readers.draft.run_toml import Draft, depth_left_open, friction_left_open, manifest_text
-from tribopipe.readers.draft.value_sources import doubt_names, gather, propose_recorded, take_radius
+from tribopipe.readers.draft.value_sources import doubt_names, gather, offer_typical, propose_recorded, take_radius
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
 from tribopipe.readers.harmonize import read_run
 from tribopipe.readers.reader import Hints
@@ -72,7 +72,7 @@ class Wanted:
     split: str | None = None
     """Column that numbers the steps of a file, each of which is a run."""
     accept: bool = False
-    """Whether values that names of files and recordings offer are accepted."""
+    """Whether values that names of files, recordings and materials offer are accepted."""
     measured: Mapping[str, Given] = field(default_factory=dict)
     """Row of this run in a table of many runs."""
 
@@ -93,6 +93,8 @@ class NewRun:
     """Notes to the user about how the files were read."""
     accepted: tuple[str, ...] = ()
     """Suggested values that were accepted, each with its source."""
+    suggested: int = 0
+    """Number of missing values that run.toml suggests."""
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,8 @@ def make_runs(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> list[
 
 def make_planned(plans: Sequence[RunPlan], wanted: Wanted, ask: Ask | None, say: Say) -> list[NewRun]:
     """Make the run folders of plans, all or none of them."""
+    for plan in plans:
+        offer_typical(plan.draft.known)
     accepted = [plan.draft.known.accept() if wanted.accept else [] for plan in plans]
     if ask is not None:
         _ask_once([plan.draft.known for plan in plans], ask, say)
@@ -260,7 +264,14 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     if not draft.is_recorded:  # there is no friction to be evaluated without the bodies
         missing, bodies_lack = [*missing, *bodies_lack], []
     return NewRun(
-        plan.target, tuple(draft.groups), tuple(missing), tuple(bodies_lack), problem, tuple(notes), tuple(accepted)
+        plan.target,
+        tuple(draft.groups),
+        tuple(missing),
+        tuple(bodies_lack),
+        problem,
+        tuple(notes),
+        tuple(accepted),
+        suggested=sum(draft.known.offered(key) is not None for key in (*missing, *bodies_lack)),
     )
 
 

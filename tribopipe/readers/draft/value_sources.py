@@ -17,8 +17,19 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ManifestError, UnitError
 from tribopipe.base.units import is_rotational, is_unit_of, to_si, with_point
 from tribopipe.documents.quantity import read_quantity
+from tribopipe.evaluation.checks.material_ranges import typical_of
 from tribopipe.readers.column_meanings import plain_name
-from tribopipe.readers.draft.known_values import LOAD, Given, Known, alike, counterbody_key, flat, shared_key, value_of
+from tribopipe.readers.draft.known_values import (
+    LOAD,
+    Given,
+    Known,
+    alike,
+    bodies_of,
+    counterbody_key,
+    flat,
+    shared_key,
+    value_of,
+)
 from tribopipe.readers.export_files import Export
 from tribopipe.readers.reader import ReadColumn
 
@@ -312,3 +323,21 @@ def propose_recorded(known: Known, exports: Sequence[Export], step: tuple[str, i
             known.offer(one.key, one.value, source)
         else:
             known.doubt(one.key, one.value, f"{source}, which is not steady")
+
+
+def offer_typical(known: Known) -> None:
+    """Offer what is typical of the material of each body, where nobody has stated it."""
+    for table in bodies_of(known.kind):
+        material = known.given.get(f"{table}.material")
+        found = None if material is None else typical_of(str(material.value))
+        if found is None:
+            continue
+        title, typical = found
+        offers = {
+            "youngs_modulus": f"{typical.modulus:g} GPa",
+            "poisson_ratio": typical.poisson_ratio,
+            "density": f"{typical.density:g} g/cm^3",
+        }
+        for key in (f"{table}.{name}" for name in offers):
+            if key not in known.given and key not in known.doubts:
+                known.offer(key, offers[key.rpartition(".")[2]], f"typical of {title}")
