@@ -244,7 +244,7 @@ class DepthProblem(WearProblem):
     def _per_scale(self) -> float:
         """∂H/∂ln(scale of the sensor), m, next to a groove that was measured.
 
-        Its shape shows what of a larger reading is wear of the pin, and what is the groove's.
+        The shape of the reading shows what of a larger one is wear of the pin, and what is the groove's.
         """
         spread = (self.inputs["depth_scale"].spread or _STEP) / self.values["depth_scale"]
         scaled = (replace(self.reading, depth=(1 + by) * self.reading.depth) for by in (-spread, spread))
