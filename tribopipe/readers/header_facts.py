@@ -185,7 +185,7 @@ def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
     found: dict[str, list[Fact]] = {}
     for key, value, line in _said(lines):
         if value is None:
-            notes.append(f"the header line {line!r} is not used: {key}")
+            notes.append(f"header line {line!r}: {key}")
         else:
             found.setdefault(key, []).append(Fact(value, line))
     for key, facts in found.items():
@@ -296,7 +296,7 @@ def _of_a_ball(line: str) -> Iterator[tuple[str, str | None]]:
     named = next((what for what in ("diameter", "radius") if size[what]), None)
     written = f"{size['number'].replace(',', '.')} {size['unit']}"  # no ball is thousands of mm large
     if named is None:
-        yield f"{written} may be the radius or the diameter of the ball; put D = or R = in front of it", None
+        yield f"{written} may be the radius or the diameter of the ball and is not used; put D = or R = in front", None
     else:
         yield f"contact.pin.{named}", written
 
@@ -316,7 +316,7 @@ def _started(written: str, lines: Sequence[str]) -> Iterator[tuple[str, str | No
     else:
         found, value = moment_by(f"{written} {clock or '0:00'}", lines) or ("", None)
         if found and value is None:
-            yield "the order of day and month is ambiguous", None
+            yield "the date is not used, because the order of day and month is ambiguous", None
         value = value if clock or value is None else value[: len("2022-05-12")]
     if value is not None:
         yield "started", value
