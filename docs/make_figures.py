@@ -89,7 +89,7 @@ def processed(archive: Archive) -> list[Path]:
 def local_wear() -> "dict[str, Figure]":
     """Wear the paper's pin under 200 mN, and its two discs of Table 3, at every point of their contact."""
     manifest, _ = read_manifest(SAMPLES / "si3n4-air-200mN" / MANIFEST_NAME)
-    pin = local_scenario(manifest, [Quantity(value=13.5e-15, unit="m^2/N")])
+    pin = local_scenario(manifest, {"pin": Quantity(value=13.5e-15, unit="m^2/N")})
     places = [0.01, 0.1, 1.0, 10.0, 100.0, 500.0]
     discs = table_3("volume-conserving")
     turns = [1e4, 1e5, 1e6, 1e7, 2e7]  # of the crowned disc, at a slip of 10 %

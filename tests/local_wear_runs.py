@@ -26,5 +26,6 @@ def disc_curves() -> LocalCurves:
 
 def _worn(run_id: str, coefficients: list[float], at: list[float], **how) -> LocalCurves:
     manifest, _ = read_manifest(SAMPLES / run_id / "run.toml")
-    known = [Quantity(value=coefficient, unit="m^2/N") for coefficient in coefficients]
+    values = [Quantity(value=coefficient, unit="m^2/N") for coefficient in coefficients]
+    known = dict(zip(manifest.described.body_names, values, strict=False))
     return wear_locally(local_scenario(manifest, known), at, LocalOptions(**how))

@@ -176,7 +176,7 @@ def test_more_than_half_a_cylinder_is_refused():
 
 
 def test_local_wear_of_a_line_contact_is_refused():
-    scenario = local_scenario(read(block_on_ring()), [Quantity(value=5e-15, unit="m^2/N")])
+    scenario = local_scenario(read(block_on_ring()), {"block": Quantity(value=5e-15, unit="m^2/N")})
     with pytest.raises(ContactError, match="found a block on a ring, a line contact"):
         wear_locally(scenario, [1.0, 10.0])
 

@@ -96,7 +96,7 @@ def test_new_k_d_drops_what_was_worn_by_the_old_one(bare):
 
 @pytest.mark.slow
 def test_step_is_skipped_while_nothing_has_changed(archive):
-    store, known = Archive(archive), [Quantity(value=13.5e-15, unit="m^2/N")]
+    store, known = Archive(archive), {"pin": Quantity(value=13.5e-15, unit="m^2/N")}
 
     def status(*, steps: int = 4, given=known, force: bool = False) -> str:
         how = LocalOptions(steps_per_decade=steps)
@@ -105,10 +105,10 @@ def test_step_is_skipped_while_nothing_has_changed(archive):
         ).status
 
     assert [status(), status(), status(force=True), status(steps=5)] == ["done", "unchanged", "done", "done"]
-    assert [status(given=()), status(given=())] == ["done", "unchanged"]
+    assert [status(given={}), status(given={})] == ["done", "unchanged"]
     raw, worn = store.path(PIN).read_bytes(), store.step(PIN, "local_wear_archard")
     assert worn.options["local_wear"]["steps_per_decade"] == 4
-    assert status(given=()) == "unchanged"
+    assert status(given={}) == "unchanged"
     assert store.path(PIN).read_bytes() == raw
 
 

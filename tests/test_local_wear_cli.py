@@ -60,7 +60,7 @@ def pin_points():
 
     manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
     coefficient = Quantity(value=13.5e-15, unit="m^2/N")
-    return wear_locally(local_scenario(manifest, [coefficient]), default_places(500.0)).result.points
+    return wear_locally(local_scenario(manifest, {"pin": coefficient}), default_places(500.0)).result.points
 
 
 def test_pin_folder_wears_as_deep_as_converged_steps_do(run_cli):
@@ -95,7 +95,7 @@ def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
 
     manifest, _ = read_manifest(SAMPLES / PIN / "run.toml")
     known = Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1.35e-15)
-    scenario = local_scenario(manifest, [known])
+    scenario = local_scenario(manifest, {"pin": known})
     (point,) = wear_locally(scenario, [500.0]).result.points
     expected = scenario.uncertainties(np.array([500.0]))["wear_depth"][0]
     assert point.giwm_depth.standard_uncertainty == pytest.approx(expected)
@@ -252,7 +252,7 @@ def test_one_that_fails_does_not_stop_the_others(run_cli):
     ("arguments", "words"),
     [
         (("--at", "5"), "expected a distance"),
-        (("--at", "1 m", "--wear-coefficient", K_D), "found 2 wear coefficients"),
+        (("--at", "1 m", "--wear-coefficient", K_D), "found too many values; expected one value for the pin"),
         (("--at", "0 m"), "expected one or more positive distances"),
         (("--at", "1 m", "--wear-coefficient", "1 m"), "--wear-coefficient"),
         (("--at", "1e9 m"), "more than the volume of the tip"),

@@ -59,7 +59,7 @@ def _done(runs, tmp_path_factory) -> Path:
     advance(archive, LIGHT, "wear_fit_sarkar", ODD)
     predict_archived(archive, HEAVY, LIGHT, "sarkar", ODD)
     wear_archived_locally(archive, LIGHT, "sarkar", ODD, QUICK, at=[1.0])
-    known = [Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1e-16)]
+    known = {"pin": Quantity(value=13.5e-15, unit="m^2/N", standard_uncertainty=1e-16)}
     wear_archived_locally(archive, HEAVY, "archard", Recipe(), QUICK, coefficients=known, at=[0.1])
     advance(archive, DISC, "friction_fit", Recipe())
     advance(archive, DISC, "wear_fit_archard", Recipe.model_validate({"wear": {"distance_per_rotation": "line-load"}}))

@@ -18,6 +18,8 @@ _COURSE = {
 _SUMS = {False: {"amount": "m^3/N", "volume": "m^3"}, True: {"amount": "m^2/N", "volume": "m^2"}}
 """The same of what has another unit under discs: there the volume is the cross-section of the track."""
 _GLOBAL = {"depth": "m", "pressure": "Pa", "half_width": "m", "half_length": "m"}
+_TRACK = {"track_depth": "m", "track_section": "m^2", "giwm_track_depth": "m"}
+"""Wear of the counterbody of a pin where it wears."""
 _FIELDS = {"pressure": "Pa", "wear": "m"}
 _UNWORN = {"gap": "m"}
 PLACES = {1: ("radius",), 2: ("across", "along")}
@@ -30,6 +32,7 @@ def local_wear_tables(curves: LocalCurves) -> dict[str, Table]:
     along = {"rotations": (curves.along, "1")} if curves.discs else {"sliding_distance": (curves.along, "m")}
     arrays = {name: (getattr(course, name), unit) for name, unit in (_COURSE | _SUMS[curves.discs]).items()}
     arrays |= {"mean_pressure": (curves.mean_pressure, "Pa")} | dict(_global_arrays(curves))
+    arrays |= {name: (column, _TRACK[name]) for name, column in curves.track.items()}
     places = {name: (axis, "m") for name, axis in zip(PLACES[len(course.places)], course.places, strict=True)}
     fields = {"pressure": (course.pressure, _FIELDS["pressure"]), "wear": (course.worn, _FIELDS["wear"])}
     unworn = {"gap": (curves.gap, _UNWORN["gap"])}
@@ -58,6 +61,11 @@ def local_wear_units(discs: bool) -> dict[str, dict[str, str]]:
     }
 
 
+def track_units(discs: bool) -> dict[str, str]:
+    """Return the arrays of a course that only a counterbody that wears has, with their SI unit."""
+    return {} if discs else _TRACK
+
+
 def archived_local_wear(step: Step | None) -> LocalCurves | None:
     """Return local wear as a step holds it; none where it has not been computed."""
     if step is None or not isinstance(step.result, LocalWearResult):
@@ -66,7 +74,7 @@ def archived_local_wear(step: Step | None) -> LocalCurves | None:
     course, fields = (
         {name: values for name, (values, _) in step.tables[table].arrays.items()} for table in ("course", "fields")
     )
-    models = [name.removesuffix("_depth") for name in course if name.startswith("giwm") and name.endswith("_depth")]
+    models = [name for name in ("giwm", "giwm_as_printed") if f"{name}_depth" in course]
     return LocalCurves(
         result=step.result,
         along=along,
@@ -79,4 +87,5 @@ def archived_local_wear(step: Step | None) -> LocalCurves | None:
         gap=step.tables["unworn_surface"].arrays["gap"][0],
         mean_pressure=course["mean_pressure"],
         giwm={model: GlobalWear(**{name: course[f"{model}_{name}"] for name in _GLOBAL}) for model in models},
+        track={name: course[name] for name in _TRACK if name in course},
     )

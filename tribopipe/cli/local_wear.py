@@ -20,11 +20,10 @@ from tribopipe.cli.options import (
     load_archive,
     load_recipe,
     place,
-    quantity,
 )
 from tribopipe.cli.output import finish, followed, print_outcomes, print_result
 from tribopipe.cli.steps import tell
-from tribopipe.cli.subject import Given, folder_subject, is_folder, no_coefficient
+from tribopipe.cli.subject import Given, coefficients_by_body, folder_subject, is_folder, no_coefficient
 from tribopipe.physics.calculation_methods import Course, Engine
 
 if TYPE_CHECKING:
@@ -44,10 +43,19 @@ class _Asked:
     law: Law
     recipe: "Recipe"
     how: "LocalOptions"
-    coefficients: "tuple[Quantity, ...]"
+    coefficients: tuple[str, ...]
     at: tuple[str, ...]
     figures: Path | None
     force: bool
+
+    def by_body(self, manifest: "RunManifest") -> "dict[str, Quantity]":
+        """Return the given k_D by body. Raises ``FitError``, so that runs with other bodies are still simulated."""
+        from tribopipe.base.errors import FitError
+
+        try:
+            return coefficients_by_body(manifest.described, self.coefficients)
+        except typer.BadParameter as error:
+            raise FitError(f"{manifest.id}: {error.message}") from error
 
     def places(self, manifest: "RunManifest") -> list[float]:
         """Return the sliding distances, m, or rotations to simulate; nothing if none are specified."""
@@ -68,13 +76,16 @@ def local_wear(
         list[str] | None,
         typer.Option(
             help='Wear coefficient k_D in V = k_D·F_N·s, for example "13.5e-9 mm^3/(N*mm)"; default: value from '
-            "the archived fit. For two discs, specify the option twice: first for the crowned disc, then for the "
-            "cylindrical disc."
+            "the archived fit. If both bodies wear, specify the option twice, with the names of the bodies: "
+            'pin="1e-9 mm^2/N", disc="4e-7 mm^2/N"; for two discs, the names can be omitted: first the crowned disc, '
+            "then the cylindrical disc."
         ),
     ] = None,
     engine: Annotated[
         Engine | None,
-        typer.Option(help="Contact solver; default: rings for a pin, half-space for discs."),
+        typer.Option(
+            help="Contact solver; default: rings for a pin, half-space for discs or if the counterbody wears too."
+        ),
     ] = None,
     scheme: Annotated[
         Course,
@@ -130,7 +141,7 @@ def local_wear(
         law,
         load_recipe(recipe),
         LocalOptions(engine, scheme, steps_per_decade, update_mesh_every, stress_loss),
-        tuple(quantity("--wear-coefficient", text, "wear coefficient") for text in wear_coefficient or ()),
+        tuple(wear_coefficient or ()),
         tuple(at or ()),
         figures,
         force,
@@ -173,7 +184,7 @@ def _wear_folder(folder: Path, asked: _Asked) -> "Outcome":
             f"{folder}: found no sliding distance in run.toml; expected the end of the simulation; add "
             f'--at "{manifest.progress.example}"'
         )
-    scenario = local_scenario(manifest, asked.coefficients, asked.law, subject.friction, asked.recipe)
+    scenario = local_scenario(manifest, asked.by_body(manifest), asked.law, subject.friction, asked.recipe)
     curves = wear_locally(scenario, places, asked.how)
     _save_figures(curves, manifest.id, asked.figures)
     return Outcome(manifest.id, "local_wear", "done", curves.result)
@@ -184,14 +195,15 @@ def _wear_archived(store: "Archive", run_id: str, asked: _Asked) -> "Outcome":
     from tribopipe.archive.step_names import LOCAL_WEAR
     from tribopipe.pipeline.stages import wear_archived_locally
 
+    manifest = store.manifest(run_id)
     outcome = wear_archived_locally(
         store,
         run_id,
         asked.law,
         asked.recipe,
         asked.how,
-        coefficients=asked.coefficients,
-        at=asked.places(store.manifest(run_id)),
+        coefficients=asked.by_body(manifest),
+        at=asked.places(manifest),
         force=asked.force,
     )
     if asked.figures is not None:

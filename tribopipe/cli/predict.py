@@ -1,6 +1,5 @@
 """The command that predicts wear, from archived runs or from a run folder and given wear coefficients."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -30,11 +29,10 @@ from tribopipe.cli.options import (
 from tribopipe.cli.output import finish, followed, print_json, print_outcomes, print_result, record_json, say
 from tribopipe.cli.steps import tell
 from tribopipe.cli.studies import show_together
-from tribopipe.cli.subject import Given, Subject, archived_subject, folder_subject, no_coefficient
+from tribopipe.cli.subject import Given, Subject, archived_subject, coefficients_by_body, folder_subject, no_coefficient
 from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 
 if TYPE_CHECKING:
-    from tribopipe.documents.contact import Contact
     from tribopipe.documents.manifest import RunManifest
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
@@ -293,7 +291,9 @@ def _known(subject: Subject, asked: _Asked) -> "KnownWear":
     manifest = subject.manifest
     fitted = None if subject.fit is None else known_wear(subject.fit)
     if fitted is None:
-        known = given_wear(manifest.described, _coefficients(manifest.described, asked.coefficients), asked.recipe)
+        known = given_wear(
+            manifest.described, coefficients_by_body(manifest.described, asked.coefficients), asked.recipe
+        )
         return known if asked.distance is None else replace(known, distance=asked.distance)
     if asked.engine not in (None, fitted.engine):
         raise FitError(
@@ -307,23 +307,6 @@ def _known(subject: Subject, asked: _Asked) -> "KnownWear":
             f'distance_per_rotation = "{asked.distance}" under [wear] in the recipe and fit again'
         )
     return fitted
-
-
-def _coefficients(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quantity]":
-    """Read k_D by body; without a name, for the next of the bodies that are usually fitted."""
-    found: dict[str, Quantity] = {}
-    for text in texts:
-        name, equals, value = text.rpartition("=")
-        body = name.strip() if equals else next((one for one in contact.fitted_bodies if one not in found), None)
-        if body not in contact.body_names or body in found:
-            what = "too many values" if not equals else f"two values for the {body}" if body in found else repr(name)
-            raise typer.BadParameter(
-                f"--wear-coefficient: found {what}; expected one value for the "
-                f"{' and one for the '.join(contact.body_names)}, such as "
-                f'{contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
-            )
-        found[body] = quantity("--wear-coefficient", value, "wear coefficient")
-    return found
 
 
 def _places(subject: Subject, asked: _Asked) -> tuple[list[float], list[float]]:

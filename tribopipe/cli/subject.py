@@ -1,17 +1,21 @@
 """The run for which wear is calculated: an archived run with its fit, or a run folder with a given k_D."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from tribopipe.base.errors import FitError
-from tribopipe.cli.options import friction_path
+from tribopipe.cli.options import friction_path, quantity
 
 if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.cli.options import Law
+    from tribopipe.documents.contact import Contact
     from tribopipe.documents.manifest import RunManifest
+    from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
     from tribopipe.physics.friction_path import FrictionPath
     from tribopipe.results.wear_fit import WearFit
@@ -53,6 +57,23 @@ def no_coefficient(folder: Path) -> str:
         f"{folder}: found no k_D for a run folder; expected a wear coefficient; specify --wear-coefficient "
         '"13.5e-9 mm^3/(N*mm)", or process the folder and use the archived run'
     )
+
+
+def coefficients_by_body(contact: "Contact", texts: Iterable[str]) -> "dict[str, Quantity]":
+    """Read k_D by body; without a name, for the next of the bodies that are usually fitted."""
+    found: dict[str, Quantity] = {}
+    for text in texts:
+        name, equals, value = text.rpartition("=")
+        body = name.strip() if equals else next((one for one in contact.fitted_bodies if one not in found), None)
+        if body not in contact.body_names or body in found:
+            what = "too many values" if not equals else f"two values for the {body}" if body in found else repr(name)
+            raise typer.BadParameter(
+                f"--wear-coefficient: found {what}; expected one value for the "
+                f"{' and one for the '.join(contact.body_names)}, such as "
+                f'{contact.body_names[0]}="13.5e-9 mm^3/(N*mm)"'
+            )
+        found[body] = quantity("--wear-coefficient", value, "wear coefficient")
+    return found
 
 
 def folder_subject(folder: Path, given: Given) -> Subject:

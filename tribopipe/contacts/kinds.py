@@ -46,7 +46,7 @@ def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
     if terms.path is None:
         raise ContactError(
             "conditions: found neither track_radius nor stroke; expected one of the two, to determine the length of "
-            "the wear track on the {counterbody}; add one to run.toml, such as "
+            f"the wear track on the {counterbody}; add one to run.toml, such as "
             'track_radius = "5 mm"'
         )
     return PinAndTrackWear(contact, terms.path, terms.engine, terms.there_and_back)

@@ -181,12 +181,9 @@ class PinAndTrackWear:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(rate > 0, lost / rate, np.inf)
 
-    def local_amount(self, _: Values, __: Column, /) -> Column:
-        """Refuse: local wear is computed of one body only."""
-        raise ContactError(
-            "local wear: found wear coefficients of both pin and counterbody; expected only that of the pin; omit the "
-            "wear coefficient of the counterbody"
-        )
+    def local_amount(self, values: Values, progress: Column) -> Column:
+        """Return k_1·S of the pin, m³/N."""
+        return np.asarray(values["wear_coefficient"] * progress)
 
     def usual_steps(self, _: float, /) -> int:
         """Return one step, since volumes are exact after any number of them."""

@@ -7,6 +7,7 @@ contact of a pin that wears far.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy as np
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import no_local_wear_of_a_block, pin_contact
+from tribopipe.contacts.wear import State
 from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.twin_disc import TwinDisc
@@ -21,32 +23,55 @@ from tribopipe.physics.calculation_methods import Engine
 from tribopipe.physics.geometry import cap_height
 from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local.contact_solvers import Surface
+from tribopipe.physics.local.course import LocalWear
 from tribopipe.physics.local.finite_elements import pin_body, quarter_disc
 from tribopipe.physics.local.grids import disc_track, round_pin
 from tribopipe.physics.local.rings import Rings, ring_edges
+from tribopipe.physics.local.track import PinOnTrack, contact_reach, tip_on_track
 
 _RINGS_OF_A_FLAT_PIN = 160
 _MARGIN = 1.25
 """Radius of the outermost point over that of the largest contact."""
 
 
-def surface_of(contact: Contact, values: Values, amount: float, engine: Engine | None = None) -> Surface:
+def surface_of(contact: Contact, values: Values, amount: float, last: State, engine: Engine | None = None) -> Surface:
     """Build the surface that wears for an amount of wear, m³/N of a pin, m²/N of discs, by an engine or the usual one.
 
-    Raises ``ContactError`` where a body would be worn away before that, where they do not touch, or where the engine
-    does not have its package or is none for such bodies.
+    ``last`` is the state in which the model with uniform pressure leaves the bodies after that amount. Raises
+    ``ContactError`` where a body would be worn away before that, where they do not touch, or where the engine does not
+    have its package or is none for such bodies.
     """
-    engines = _engines(contact)
+    engines = _engines(contact, last)
     return _fit(engine or engines.usual, engines)(contact, values, amount)
 
 
-def usual_engine(contact: Contact) -> Engine:
-    """Return the engine that suits the bodies: rings under a pin, a half space under discs."""
-    return _engines(contact).usual
+def usual_engine(contact: Contact, last: State) -> Engine:
+    """Return the engine that suits the bodies: rings under a pin alone, otherwise a half space."""
+    return _engines(contact, last).usual
 
 
-def _engines(contact: Contact) -> "_Engines":
-    return family_of(contact, _FAMILIES)
+def worn_bodies(surface: Surface, course: LocalWear, last: State) -> State:
+    """Return the wear of a pin and of its track along a course, named as in ``last``; nothing for other bodies."""
+    if not isinstance(surface, PinOnTrack):
+        return {}
+    bodies = [surface.bodies(worn) for worn in course.worn]
+    section = np.array([one.groove_area for one in bodies])
+    # What the track loses over what its middle shows of it, also of a track that is not worn.
+    length = last["track_volume"] / last["track_section"] if last["track_section"] > 0 else 0.0
+    return {
+        "approach": course.depth,
+        "wear_depth": np.array([one.pin_depth for one in bodies]),
+        "track_depth": np.array([one.groove_depth for one in bodies]),
+        "pin_volume": course.volume,
+        "track_volume": length * section,
+        "track_section": section,
+        "half_width": np.array([one.half_width for one in bodies]),
+        "half_length": np.array([one.half_length for one in bodies]),
+    }
+
+
+def _engines(contact: Contact, last: State) -> "_Engines":
+    return family_of(contact, _FAMILIES)(last)
 
 
 def _pin_rings(contact: SlidingPin, values: Values, amount: float) -> Surface:
@@ -104,6 +129,30 @@ def _pin_modulus(contact: SlidingPin, values: Values) -> float:
     return float(contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"]))
 
 
+def _pin_on_track(contact: SlidingPin, values: Values, amount: float, *, last: State) -> Surface:
+    """Build a pin on a track whose wear is to that of the pin as in the last state, which is that of rigid bodies."""
+    if contact.pin.line:
+        raise no_local_wear_of_a_block(contact)
+    if not amount > 0:
+        raise ContactError(
+            f"local wear: found a {contact.body_names[0]} that does not wear; expected a positive wear coefficient; "
+            "use `tribopipe predict --engine local`"
+        )
+    load, radius = float(values["normal_load"]), float(values["pin_radius"])
+    # Rigid bodies have no modulus among their values.
+    modulus = float(contact.reduced_modulus())
+    rounded = not contact.pin.constant_area
+    start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus)) if rounded else 0.0
+    return tip_on_track(
+        normal_load=load,
+        modulus=modulus,
+        tip=_tip(contact, values),
+        radius=radius if rounded else np.inf,
+        track_ratio=float(last["track_section"] / last["pin_volume"]),
+        reach=contact_reach(start, float(last["half_width"]), float(last["half_length"])),
+    )
+
+
 def _disc_grid(contact: TwinDisc, values: Values, amount: float) -> Surface:
     return disc_track(**_discs(contact, values), amount=amount)
 
@@ -127,9 +176,21 @@ class _Engines(NamedTuple):
     builders: Mapping[Engine, Callable[..., Surface]]
 
 
-_FAMILIES: dict[type[Contact], _Engines] = {
-    SlidingPin: _Engines("a pin", "rings", {"rings": _pin_rings, "half-space": _pin_grid, "fe": _pin_elements}),
-    TwinDisc: _Engines("two discs", "half-space", {"half-space": _disc_grid, "fe": _disc_elements}),
+def _engines_of_a_pin(last: State) -> _Engines:
+    if "track_section" in last:
+        # A groove is not axisymmetric.
+        grid = partial(_pin_on_track, last=last)
+        return _Engines("a pin on a counterbody that wears", "half-space", {"half-space": grid})
+    return _Engines("a pin", "rings", {"rings": _pin_rings, "half-space": _pin_grid, "fe": _pin_elements})
+
+
+def _engines_of_discs(_: State) -> _Engines:
+    return _Engines("two discs", "half-space", {"half-space": _disc_grid, "fe": _disc_elements})
+
+
+_FAMILIES: dict[type[Contact], Callable[[State], _Engines]] = {
+    SlidingPin: _engines_of_a_pin,
+    TwinDisc: _engines_of_discs,
 }
 
 

@@ -3,7 +3,7 @@
 These are found in the catalog, so that a large archive takes no longer.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import product
 
 from tribopipe.archive.catalog.catalog import Catalogue
@@ -41,14 +41,14 @@ def archived_fit(archive: Archive, run_id: str, law: LawName) -> WearFit:
     return archive.needed_result(run_id, WEAR_FITS[law], WearFit)
 
 
-def archived_coefficients(archive: Archive, run_id: str, law: LawName) -> list[Quantity]:
+def archived_coefficients(archive: Archive, run_id: str, law: LawName) -> Mapping[str, Quantity]:
     """Return k_D of each body of a run that wears, as its fit found it and as Archard's law has it.
 
     Raises ``FitError`` where nothing was fitted.
     """
     fit = archive.result(run_id, WEAR_FITS[law], WearFit)
     if fit is not None and (known := archards_wear(fit)) is not None:
-        return list(known.bodies.values())
+        return known.bodies
     raise FitError(
         f"{run_id}: found no k_D for the law {law} in the archive; expected k_D to compute the wear; run `tribopipe "
         f'fit --law {law} {run_id}`, or specify k_D with --wear-coefficient "13.5e-9 mm^3/(N*mm)"'

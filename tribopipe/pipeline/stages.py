@@ -192,14 +192,14 @@ def wear_archived_locally(
     recipe: Recipe,
     how: LocalOptions,
     *,
-    coefficients: Sequence[Quantity] = (),
+    coefficients: Mapping[str, Quantity] | None = None,
     at: Sequence[float] = (),
     force: bool = False,
 ) -> Outcome:
     """Wear a run locally to places ``at``, m or rotations, or over its own course, and archive it with its fields.
 
-    k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the crowned and the
-    cylindrical disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    k_D of the bodies is what the fit under the law found, unless ``coefficients`` are given by body, as Archard's law
+    has them. Raises ``FitError`` where neither is there.
     """
     _clean_first(archive, run_id, recipe)
     step = local_wear(archive, run_id, recipe, law, how, coefficients=coefficients, at=at)

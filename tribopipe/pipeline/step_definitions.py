@@ -25,6 +25,7 @@ from tribopipe.archive.step_names import (
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import TribopipeError
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import body_like
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
@@ -243,13 +244,13 @@ def local_wear(
     law: LawName,
     how: LocalOptions,
     *,
-    coefficients: Sequence[Quantity] = (),
+    coefficients: Mapping[str, Quantity] | None = None,
     at: Sequence[float] = (),
 ) -> PlannedStep:
     """Plan to wear a run locally to places ``at``, m or rotations, or over its own course.
 
-    k_D is the one its fit under the law found, unless ``coefficients`` are given: of the pin, or of the crowned and the
-    cylindrical disc as Archard's law has them. Raises ``FitError`` where neither is there.
+    k_D of the bodies is what the fit under the law found, unless ``coefficients`` are given by body, as Archard's law
+    has them. Raises ``FitError`` where neither is there.
     """
     known = coefficients or archived_coefficients(archive, run_id, law)
 
@@ -266,12 +267,12 @@ def local_wear(
     options = {
         "local_wear": asdict(how),
         "at": list(at),
-        "wear_coefficient": [_told(given) for given in coefficients],
+        "wear_coefficient": {body: _told(given) for body, given in (coefficients or {}).items()} or [],
         "wear": {"friction": recipe.wear.friction, **_given(recipe, law)},
         "uncertainty": _told(recipe.uncertainty),
         **_by(law),
     }
-    return _planned(archive, run_id, LOCAL_WEAR[law], options, compute, wear_coefficient=digest(*known))
+    return _planned(archive, run_id, LOCAL_WEAR[law], options, compute, wear_coefficient=digest(*known.values()))
 
 
 def _engine_notes(fit: Record | None, worn: LocalWearResult) -> Iterator[str]:
@@ -312,6 +313,12 @@ def recipe_of(options: Mapping[str, Any]) -> Recipe:
     return read_document(document, Recipe, where="options")
 
 
+def _by_body(contact: Contact, given: Any) -> dict[str, Quantity]:
+    """Return k_D as a step was given it: by body, or in the order of the bodies by earlier versions."""
+    named = given if isinstance(given, Mapping) else dict(zip(contact.fitted_bodies, given, strict=False))
+    return {body: Quantity.model_validate(one) for body, one in named.items()}
+
+
 def local_wear_as_told(archive: Archive, run_id: str, law: LawName, options: Mapping[str, Any]) -> PlannedStep:
     """Plan local wear by the options of an archived one."""
     return local_wear(
@@ -320,6 +327,6 @@ def local_wear_as_told(archive: Archive, run_id: str, law: LawName, options: Map
         recipe_of(options),
         law,
         LocalOptions(**options["local_wear"]),
-        coefficients=[Quantity.model_validate(given) for given in options.get("wear_coefficient", ())],
+        coefficients=_by_body(archive.manifest(run_id).described, options["wear_coefficient"]),
         at=options["at"],
     )

@@ -1,23 +1,25 @@
 """Results of local wear of a run: the wear of the surface, compared with the Global Incremental Wear Model."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import ClassVar, NamedTuple
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT
+from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Metres, Newtons, Quantity, SquareMetresPerNewton, force
 from tribopipe.documents.recipe import LawName
 from tribopipe.documents.record import Record
 from tribopipe.physics.calculation_methods import Course, Engine
 from tribopipe.physics.local.course import LocalWear
+from tribopipe.results.wear_prediction import PredictedBody, PredictedPoint
 
 
 class LocalPoint(Record):
     """Values of any contact at one point of the test."""
 
     wear_depth: Quantity
-    """Wear depth of the deepest point: of the pin, or of both discs together."""
+    """Wear depth of the deepest point: of the pin, or of both bodies together where both wear."""
     peak_pressure: Quantity
     """Largest contact pressure; in a worn contact it is at the edge, and depends on the grid."""
     middle_pressure: Quantity
@@ -25,15 +27,19 @@ class LocalPoint(Record):
     mean_pressure: Quantity
     """Normal load over the area in contact."""
     giwm_depth: Quantity
-    """Wear depth by the Global Incremental Wear Model with the same k_D."""
+    """Wear depth by the model with uniform pressure and the same k_D: the Global Incremental Wear Model, or for a pin
+    on a counterbody that wears the engine volume."""
     difference: float | None
-    """Wear depth divided by that of the GIWM, minus 1; None without wear."""
+    """Wear depth divided by that of the GIWM or of the engine volume, minus 1; None without wear."""
+
+    uniform: ClassVar[str] = "GIWM"
+    """Name of the model with uniform pressure."""
 
     @property
     def depths(self) -> str:
         """Both depths, as people read them."""
         more = "" if self.difference is None else f" ({100 * self.difference:+.2f} %)"
-        return f"{self.wear_depth.shown('um')}{more}, GIWM {self.giwm_depth.shown('um')}"
+        return f"{self.wear_depth.shown('um')}{more}, {self.uniform} {self.giwm_depth.shown('um')}"
 
 
 class LocalPinPoint(LocalPoint):
@@ -50,6 +56,34 @@ class LocalPinPoint(LocalPoint):
         return (
             f"{self.sliding_distance.shown('m')}: {self.depths}; a = {self.contact_radius.shown('um')}, "
             f"p = {self.middle_pressure.shown('MPa')} (center), {self.mean_pressure.shown('MPa')} (mean)"
+        )
+
+
+class LocalPairPoint(LocalPoint):
+    """A pin and the counterbody, both of which wear, after sliding some distance."""
+
+    sliding_distance: Quantity
+    """Sliding distance."""
+    half_width: Quantity
+    """Half-width of the scar, across the sliding direction."""
+    half_length: Quantity
+    """Half-length of the scar, along it."""
+    bodies: dict[str, PredictedBody]
+    """Wear of each body."""
+    uniform_pressure: PredictedPoint
+    """Both bodies by the engine volume, which has uniform pressure and rigid bodies, with the same k_D."""
+
+    uniform: ClassVar[str] = "uniform pressure"
+
+    def __str__(self) -> str:
+        bodies = "".join(
+            f"\n    {spoken(name)}: {self.bodies[name]}; {self.uniform} {other.wear_depth.shown('um')}"
+            for name, other in self.uniform_pressure.bodies.items()
+        )
+        return (
+            f"{self.sliding_distance.shown('m')}: {self.depths} (both bodies); scar half-width = "
+            f"{self.half_width.shown('um')}, half-length = {self.half_length.shown('um')}, p = "
+            f"{self.middle_pressure.shown('MPa')} (center), {self.mean_pressure.shown('MPa')} (mean){bodies}"
         )
 
 
@@ -95,6 +129,8 @@ class LocalWearResult(Record):
     """k_D of the pin, or of the crowned disc, as V = k_D·F_N·s has it."""
     flat_disc_wear_coefficient: SquareMetresPerNewton | None = None
     """k_D of the cylindrical disc; only for discs."""
+    track_wear_coefficient: SquareMetresPerNewton | None = None
+    """k_D of the counterbody of a pin; None if it does not wear."""
     reference: str | None = None
     """Run that k_D was identified from; None if k_D was given."""
     normal_load: Newtons
@@ -112,16 +148,24 @@ class LocalWearResult(Record):
     """Least distance between neighboring points."""
     notes: tuple[str, ...] = ()
     """Notes and warnings."""
-    points: tuple[LocalPinPoint | LocalDiscPoint, ...] = ()
+    points: tuple[LocalPinPoint | LocalPairPoint | LocalDiscPoint, ...] = ()
     """The requested positions, in the order of the request."""
+
+    @property
+    def pair(self) -> tuple[str, ...]:
+        """Names of a pin and of its counterbody, both of which wear; none of other bodies."""
+        return next((tuple(one.bodies) for one in self.points if isinstance(one, LocalPairPoint)), ())
 
     def told(self, notes: Iterable[str]) -> "LocalWearResult":
         """Return the result with more notes."""
         return self.model_copy(update={"notes": (*self.notes, *notes)})
 
     def __str__(self) -> str:
-        flat = self.flat_disc_wear_coefficient
+        flat, track = self.flat_disc_wear_coefficient, self.track_wear_coefficient
         both = "" if flat is None else f" (crowned disc), {flat.shown(WEAR_COEFFICIENT)} (cylindrical disc)"
+        if track is not None:
+            pin, counterbody = (spoken(name) for name in self.pair or ("pin", "counterbody"))
+            both = f" ({pin}), {track.shown(WEAR_COEFFICIENT)} ({counterbody})"
         head = (
             f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
             f"F_N = {force(self.normal_load)}"
@@ -155,7 +199,10 @@ class LocalCurves:
     mean_pressure: Column
     """Normal load over the area in contact, Pa."""
     giwm: Mapping[str, GlobalWear]
-    """As ``giwm``; of discs that conserves volume, and stands next to it ``giwm_as_printed``."""
+    """As ``giwm``; of discs that conserves volume, and stands next to it ``giwm_as_printed``. For a pin on a
+    counterbody that wears, it is the engine volume."""
+    track: Mapping[str, Column] = field(default_factory=dict)
+    """Wear of the counterbody of a pin: ``track_depth``, m, ``track_section``, m², and ``giwm_track_depth``, m."""
 
     @property
     def discs(self) -> bool:

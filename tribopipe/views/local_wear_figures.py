@@ -12,7 +12,7 @@ from tribopipe.archive.local_wear_tables import local_wear_tables
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, axis, from_si, show
 from tribopipe.physics.laws import law_label
-from tribopipe.results.local_wear import LocalCurves, LocalDiscPoint, LocalPinPoint
+from tribopipe.results.local_wear import LocalCurves, LocalDiscPoint, LocalPairPoint, LocalPinPoint
 from tribopipe.views.layout import TWO_COLUMNS
 from tribopipe.views.plot import turned
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, four_panels, head_figure, key, save_figure, styled
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MOST_SNAPSHOTS = 5
-_MAP_WIDTH = 4.9
-"""Width of a pressure map, inches."""
+_MAP_WIDTH, _MAP_HEIGHT = 4.9, 1.8
+"""Largest width and height of a pressure map, inches."""
 _CHANGED = 0.05
 """Relative change of the central pressure above which a state is drawn in addition to the unworn one."""
 _BODY = "#E3E3E3"
@@ -35,7 +35,7 @@ _SEEN = 1.3
 
 def local_wear_figures(curves: LocalCurves, run_id: str) -> "dict[str, Figure]":
     """Draw local wear. Return the figures by the names under which they are saved."""
-    pressure = plot_pressure_maps if curves.discs else plot_pin_profiles
+    pressure = plot_pressure_maps if curves.discs or curves.track else plot_pin_profiles
     return {"local-wear": plot_local_wear(curves, run_id), "local-pressure": pressure(curves, run_id)}
 
 
@@ -73,7 +73,7 @@ def plot_local_wear(curves: LocalCurves, run_id: str) -> "Figure":
         ax.set_yscale("log" if np.nanmin(panel.curves[0].y[1:]) > 0 else "linear")
         for numbers in (ax.xaxis, ax.yaxis):
             numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
-    head_figure(axes[0], f"{run_id}: local wear", [_words(curves)])
+    head_figure(axes[0], f"{run_id}: local wear", _words(curves))
     key(figure, axes, 4)
     return figure
 
@@ -131,13 +131,13 @@ def _middle(curves: LocalCurves, field: Column) -> Column:
 
 @styled
 def plot_pressure_maps(curves: LocalCurves, run_id: str) -> "Figure":
-    """Draw the pressure between two discs after several rotations, all on the same length scale."""
+    """Draw the pressure between two bodies that wear at several positions, all on the same length scale."""
     from tribopipe.views.canvas import ShownFigure
 
     places = _snapshots(curves)
     most = (curves.course.half_width, curves.course.half_length)
     reach = [1.1 * float(from_si(np.max(half), "m", "um")) for half in most]
-    each = 0.55 + max(0.4, _MAP_WIDTH * reach[1] / reach[0])
+    each = 0.55 + min(max(0.4, _MAP_WIDTH * reach[1] / reach[0]), _MAP_HEIGHT)
     figure = ShownFigure(figsize=(6.3, 0.7 + each * len(places)), dpi=150, layout="constrained")
     axes = figure.subplots(len(places), 1, sharex=True, squeeze=False)[:, 0]
     (x, across), (z, along) = (_both_sides(half) for half in curves.course.places)
@@ -153,7 +153,8 @@ def plot_pressure_maps(curves: LocalCurves, run_id: str) -> "Figure":
         ax.set_title(_place_words(curves, place), fontsize=9, loc="left")
         ax.set_ylabel(axis("z", "um"))
         figure.colorbar(drawn, ax=ax, label=axis("p", "MPa"), aspect=6, pad=0.02)
-    axes[-1].set_xlabel(axis("x, across the direction of rolling", "um"))
+    direction = "direction of rolling" if curves.discs else "sliding direction"
+    axes[-1].set_xlabel(axis(f"x, across the {direction}", "um"))
     _title(figure, f"{run_id}: contact pressure")
     return figure
 
@@ -167,9 +168,9 @@ def _snapshots(curves: LocalCurves) -> list[int]:
     return [0, *changed[kept].tolist()]
 
 
-def _place_of(point: LocalPinPoint | LocalDiscPoint) -> float:
+def _place_of(point: LocalPinPoint | LocalPairPoint | LocalDiscPoint) -> float:
     """Return the sliding distance, m, or the rotations at a point."""
-    place = point.sliding_distance if isinstance(point, LocalPinPoint) else point.rotations
+    place = point.rotations if isinstance(point, LocalDiscPoint) else point.sliding_distance
     return place.value
 
 
@@ -183,10 +184,13 @@ def _place_words(curves: LocalCurves, place: int) -> str:
     return show(along, None, "m", unit)
 
 
-def _words(curves: LocalCurves) -> str:
+def _words(curves: LocalCurves) -> list[str]:
     result = curves.result
     how = f"{law_label(result.model)}, {result.engine}, {result.scheme}"
-    return f"{how}: $k_\\mathrm{{D}}$ = {result.wear_coefficient.shown(WEAR_COEFFICIENT)}"
+    known = f"$k_\\mathrm{{D}}$ = {result.wear_coefficient.shown(WEAR_COEFFICIENT)}"
+    if result.track_wear_coefficient is None:
+        return [f"{how}: {known}"]
+    return [how, f"{known} and {result.track_wear_coefficient.shown(WEAR_COEFFICIENT)}"]
 
 
 def _title(figure: "Figure", words: str) -> None:

@@ -314,8 +314,11 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
 
 _MODELS = {"local": "", "GIWM": "giwm_", "GIWM, Eq. 11 as published": "giwm_as_printed_"}
 """Models drawn for local wear, with the prefixes of their columns."""
+_UNIFORM = {"GIWM": "uniform pressure"}
+"""Other name of the model with uniform pressure where the counterbody of a pin wears."""
 _COURSE = (
     ("wear depth", MICRONS, "depth"),
+    ("groove depth", MICRONS, "track_depth"),
     ("pressure p", Unit("Pa", "MPa"), "pressure"),
     ("half-width a_x", MICRONS, "half_width"),
     ("half-length a_z", MICRONS, "half_length"),
@@ -327,23 +330,25 @@ def local_wear_panels(x: Column, columns: Mapping[str, Column], run: str, folder
 
     ``columns`` are those of the course in the archive, in ``folder``. A circular contact has one radius.
     """
-    panels = []
+    panels, names = [], _UNIFORM if "track_depth" in columns else {}
     for label, unit, what in _COURSE:
-        named = {name: f"{model}{what}" for name, model in _MODELS.items()}
+        if what not in columns and f"mean_{what}" not in columns:
+            continue
+        named = {names.get(name, name): f"{model}{what}" for name, model in _MODELS.items()}
         if what == "pressure":
             named |= {"local": "mean_pressure", "local, at the center": "middle_pressure"}
             named |= {"local, peak": "peak_pressure"}
         curves = []
         for number, (name, column) in enumerate(named.items()):
             if column in columns:
-                role: Role = "prediction" if "GIWM" in name else "fit"
+                role: Role = "prediction" if "giwm" in column else "fit"
                 path = folder + column
                 curves.append(Curve(name, role, x, columns[column], unit, run, path=path, series=min(number, 3)))
         panels.append(Panel(label, unit, tuple(curves)))
     if np.array_equal(columns["half_length"], columns["half_width"]):
-        panels[2:] = [replace(panels[2], quantity="contact radius a")]
+        panels[-2:] = [replace(panels[-2], quantity="contact radius a")]
     local, giwm = columns["depth"], columns["giwm_depth"]
     share = local / np.where(giwm > 0, giwm, np.nan) - 1
     percent = Unit("1", "%")
     difference = Curve("local", "fit", x, share, percent, run, series=0)
-    return (*panels, Panel("local − GIWM", percent, (difference,)))
+    return (*panels, Panel(f"local − {names.get('GIWM', 'GIWM')}", percent, (difference,)))

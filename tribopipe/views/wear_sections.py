@@ -13,7 +13,7 @@ from tribopipe.documents.recipe import Correction
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.laws import law_title
 from tribopipe.results.input_quantities import input_label
-from tribopipe.results.local_wear import LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.local_wear import LocalDiscPoint, LocalPairPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.wear_fit import Basis, BodyWear, Contribution, WearFit
 from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
 from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, shown, signed_share
@@ -133,12 +133,14 @@ def _twice(half: Quantity) -> Quantity:
 def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
     """Return local wear at the requested positions, compared with the GIWM."""
     pin = [one for one in result.points if isinstance(one, LocalPinPoint)]
+    pair = [one for one in result.points if isinstance(one, LocalPairPoint)]
     discs = [one for one in result.points if isinstance(one, LocalDiscPoint)]
     return Told(
         str(result).splitlines()[0],
         facts(
             ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
             ("k_D used, cylindrical disc", shown(result.flat_disc_wear_coefficient, WEAR_COEFFICIENT)),
+            ("k_D used, counterbody", shown(result.track_wear_coefficient, WEAR_COEFFICIENT)),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
             ("contact solver", result.engine),
@@ -152,14 +154,14 @@ def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
             ),
         ),
         result.notes,
-        (_local_pin(pin), _local_discs(discs)),
+        (_local_pin(pin), *_local_pair(pair), _local_discs(discs)),
     )
 
 
 _LOCAL = ("wear depth", "GIWM wear depth", "difference", "peak pressure", "central pressure", "mean pressure")
 
 
-def _local_cells(one: LocalPinPoint | LocalDiscPoint) -> tuple[str, ...]:
+def _local_cells(one: LocalPinPoint | LocalPairPoint | LocalDiscPoint) -> tuple[str, ...]:
     depths = cells((one.wear_depth, "um"), (one.giwm_depth, "um"))
     more = NOTHING if one.difference is None else signed_share(one.difference)
     pressures = ((one.peak_pressure, "MPa"), (one.middle_pressure, "MPa"), (one.mean_pressure, "MPa"))
@@ -177,6 +179,36 @@ def _local_pin(points: Sequence[LocalPinPoint]) -> TextTable:
     ]
     columns = ("sliding distance", *_LOCAL, "contact radius", "volume")
     return TextTable("local wear of the pin and contact pressure", columns, tuple(rows))
+
+
+def _local_pair(points: Sequence[LocalPairPoint]) -> Iterator[TextTable]:
+    """Yield the contact, and the wear of each body in comparison with that for uniform pressure."""
+    rows = [
+        (
+            *cells((one.sliding_distance, "m")),
+            *_local_cells(one),
+            *cells((one.half_width, "um"), (one.half_length, "um")),
+        )
+        for one in points
+    ]
+    labels = [name.replace("GIWM", LocalPairPoint.uniform) for name in _LOCAL]
+    columns = ("sliding distance", *labels, "scar half-width", "scar half-length")
+    yield TextTable("local wear of both bodies together and contact pressure", columns, tuple(rows))
+    wear = [
+        (
+            *cells((one.sliding_distance, "m")),
+            spoken(name),
+            *cells(
+                (body.wear_depth, "um"),
+                (one.uniform_pressure.bodies[name].wear_depth, "um"),
+                (body.wear_volume, "mm^3"),
+            ),
+        )
+        for one in points
+        for name, body in one.bodies.items()
+    ]
+    columns = ("sliding distance", "body", "wear depth", "uniform pressure wear depth", "wear volume")
+    yield TextTable("local wear of each body", columns, tuple(wear))
 
 
 def _local_discs(points: Sequence[LocalDiscPoint]) -> TextTable:

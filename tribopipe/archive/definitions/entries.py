@@ -22,7 +22,7 @@ from tribopipe.archive.definitions.parts import (
     text,
 )
 from tribopipe.archive.formats import RUN_FORMAT, STUDY, STUDY_FORMAT, run_name
-from tribopipe.archive.local_wear_tables import PLACES, local_wear_units
+from tribopipe.archive.local_wear_tables import PLACES, local_wear_units, track_units
 from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, STEPS, WEAR_FITS, StepName
 from tribopipe.documents.contact import ROTATIONS, Contact, Specimen
 from tribopipe.documents.contact_kinds import ASSUMED, contacts, variants
@@ -245,9 +245,10 @@ def _drawn(name: StepName, tribometer: str | None) -> dict[str, str]:
 
 def _local_wear(tribometer: str | None) -> Iterator[GroupPart]:
     places = tuple(columns({name: "m" for axes in PLACES.values() for name in axes}, required=False))
-    for table, units in local_wear_units(contact_class(tribometer).progress is ROTATIONS).items():
-        members = tuple(columns(units))
-        yield GroupPart(table, "NXdata", _TABLES[table], members if table == "course" else (*members, *places))
+    discs = contact_class(tribometer).progress is ROTATIONS
+    more = {"course": tuple(columns(track_units(discs), required=False))}
+    for table, units in local_wear_units(discs).items():
+        yield GroupPart(table, "NXdata", _TABLES[table], (*columns(units), *more.get(table, places)))
 
 
 _MORE = """

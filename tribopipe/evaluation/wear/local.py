@@ -1,7 +1,7 @@
-"""Local wear of a pin or of two discs from a known k_D, at every point of the contact, with the GIWM.
+"""Local wear of a pin or of both bodies from a known k_D, at every point of the contact, with uniform pressure.
 
-The amount of wear that local wear counts in (tribopipe.physics.local.contact_solvers) is k_D·S(s) for a pin, with the
-law's effective distance S, m³/N, and for discs, m²/N,
+The amount of wear that local wear counts in (tribopipe.physics.local.contact_solvers) is k_D·S(s) of a pin, with the
+law's effective distance S, m³/N, whether its counterbody wears or not, and for discs, m²/N,
 
     (k₁ + k₂·r₁/r₂)·N_s,    N_s = N·|slip|
 
@@ -11,7 +11,7 @@ by which V = k·F_N·s: those of the GIWM's volume-conserving way of counting.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,21 +20,29 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.surfaces import surface_of, usual_engine
+from tribopipe.contacts.surfaces import surface_of, usual_engine, worn_bodies
 from tribopipe.contacts.wear import State
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.prediction import wear_scenario
-from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
+from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, given_wear, known_wear
 from tribopipe.physics.calculation_methods import Course, DistanceConvention, Engine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.local.contact_solvers import Surface
 from tribopipe.physics.local.course import STEPS_PER_DECADE, LocalWear, wear
 from tribopipe.physics.local.economy import Elastic, wear_economically
-from tribopipe.results.local_wear import GlobalWear, LocalCurves, LocalDiscPoint, LocalPinPoint, LocalWearResult
+from tribopipe.results.local_wear import (
+    GlobalWear,
+    LocalCurves,
+    LocalDiscPoint,
+    LocalPairPoint,
+    LocalPinPoint,
+    LocalWearResult,
+)
 from tribopipe.results.wear_fit import WearFit
+from tribopipe.results.wear_prediction import PredictedBody
 
 ARCHARDS: DistanceConvention = "volume-conserving"
 """The way of counting distance by which the k_D of discs is Archard's."""
@@ -75,23 +83,23 @@ def default_places(end: float) -> list[float]:
 
 def local_scenario(
     manifest: RunManifest,
-    coefficients: Sequence[Quantity],
+    coefficients: Mapping[str, Quantity],
     law: LawName = "archard",
     friction: FrictionPath | None = None,
     recipe: Recipe | None = None,
 ) -> Scenario:
-    """Return what a run is worn under: its own contact, load and slip, a law, and k_D as Archard has it.
+    """Return what a run is worn under: its own contact, load and slip, a law, and k_D of bodies as Archard has it.
 
-    Of discs that is the crowned one's, and the flat one's where it wears. Raises ``FitError`` for more of them.
+    A body without k_D does not wear. Where both wear, the model with uniform pressure is that of the engine volume.
+    Raises ``FitError`` without k_D of the first body.
     """
-    bodies = manifest.described.fitted_bodies
-    if not 1 <= len(coefficients) <= len(bodies):
-        names = " and ".join(map(spoken, bodies))
+    first = manifest.described.body_names[0]
+    if first not in coefficients:
         raise FitError(
-            f"{manifest.id}: found {len(coefficients)} wear coefficients; expected at least one and at most "
-            f"{len(bodies)}, for the {names}; specify each once"
+            f"{manifest.id}: found no wear coefficient of the {spoken(first)}; expected one for each body that wears, "
+            f'and that of the {spoken(first)} always; add --wear-coefficient {first}="13.5e-9 mm^3/(N*mm)"'
         )
-    known = KnownWear(dict(zip(bodies, coefficients, strict=False)), distance=ARCHARDS)
+    known = replace(given_wear(manifest.described, coefficients, Recipe()), distance=ARCHARDS)
     return wear_scenario(manifest, known, law, friction, recipe)
 
 
@@ -109,28 +117,42 @@ def wear_locally(
     """
     how, along, values = options or LocalOptions(), _along(at), scenario.values
     amounts = scenario.wear.local_amount(values, scenario.effective(along))
-    surface = surface_of(scenario.contact, values, float(amounts[-1]), how.engine)
-    course = _worn(surface, amounts[1:], how)
     known, places = scenario.worn(along), np.searchsorted(along, at)
-    rolling = scenario.slip is not None
-    # What a pin touches is round; the points of a grid in contact are those of discs.
-    areas = np.sum((course.pressure > 0) * surface.areas, axis=(1, 2)) if rolling else np.pi * course.half_width**2
+    last = {name: column[-1] for name, column in known.items()}
+    surface = surface_of(scenario.contact, values, float(amounts[-1]), last, how.engine)
+    course = _worn(surface, amounts[1:], how)
+    rolling, both = scenario.slip is not None, worn_bodies(surface, course, last)
+    # What a pin touches is round, unless its track wears; the points of a grid in contact are those of others.
+    gridded = rolling or both
+    areas = np.sum((course.pressure > 0) * surface.areas, axis=(1, 2)) if gridded else np.pi * course.half_width**2
     mean, giwm = values["normal_load"] / areas, {"giwm": _global(scenario, known)}
     if rolling:
         giwm["giwm_as_printed"] = _global(scenario, _as_printed(scenario, along))
-    points = _disc_points if rolling else _pin_points
-    first, *others = (scenario.known.of(body) for body in scenario.contact.fitted_bodies)
+    points: Iterator[LocalPinPoint | LocalPairPoint | LocalDiscPoint]
+    if both:
+        points = _pair_points(scenario, places, along, course, mean, both)
+    else:
+        points = (_disc_points if rolling else _pin_points)(scenario, places, along, course, mean, giwm["giwm"])
+    first, *second = (scenario.known.of(body) for body in scenario.wear.bodies)
     result = LocalWearResult(
         model=scenario.model,
         wear_coefficient=first,
-        flat_disc_wear_coefficient=next(iter(others), None),
+        flat_disc_wear_coefficient=second[0] if rolling else None,
+        track_wear_coefficient=second[0] if both else None,
         reference=reference,
         normal_load=scenario.normal_load,
-        notes=(*_notes(scenario, along[-1], course.half_width[-1]), *_coarseness(course, along, places)),
-        points=tuple(points(scenario, places, along, course, mean, giwm["giwm"])),
-        **_told(how, usual_engine(scenario.contact), course),
+        notes=(
+            *_notes(scenario, along[-1], course.half_width[-1]),
+            *_engine_notes(scenario, bool(both)),
+            *_coarseness(course, along, places),
+        ),
+        points=tuple(points),
+        **_told(how, usual_engine(scenario.contact, last), course),
     )
-    return LocalCurves(result, along, course, surface.gap, mean, giwm)
+    track = {name: both[name] for name in ("track_depth", "track_section") if both}
+    if both:
+        track["giwm_track_depth"] = known["track_depth"]
+    return LocalCurves(result, along, course, surface.gap, mean, giwm, track)
 
 
 def _pin_points(
@@ -148,8 +170,39 @@ def _pin_points(
         )
 
 
+def _pair_points(
+    scenario: Scenario, places: Indices, along: Column, course: LocalWear, mean: Column, both: State
+) -> Iterator[LocalPairPoint]:
+    """Yield the wanted places, with the relative uncertainties that the engine volume has there."""
+    known = scenario.worn(along)
+    giwm, spreads = _global(scenario, known), scenario.uncertainties(along)
+    shares = {name: _shares(spreads[name], known[name]) for name in spreads}
+    at = along[places]
+    for place, uniform in zip(places.tolist(), scenario.points(at, scenario.worn(at)), strict=True):
+
+        def told(name: str, unit: str = "m", place: int = place) -> Quantity:
+            return _quantity(both[name][place], unit, float(shares[name][place]))
+
+        bodies = {
+            body: PredictedBody(
+                **{field: told(name, getattr(uniform.bodies[body], field).unit) for field, name in named.items()}
+            )
+            for body, named in scenario.wear.bodies.items()
+        }
+        yield LocalPairPoint(
+            sliding_distance=_quantity(along[place], "m"),
+            half_width=told("half_width"),
+            half_length=told("half_length"),
+            bodies=bodies,
+            uniform_pressure=uniform,
+            **_common(place, course, mean, giwm, shares[scenario.wear.displacement]),
+        )
+
+
 def _global(scenario: Scenario, worn: State) -> GlobalWear:
-    return GlobalWear(worn[scenario.wear.displacement], worn["pressure"], worn["half_width"], worn["half_length"])
+    # Unworn rigid bodies touch in a point.
+    pressure = np.where(worn["half_width"] > 0, worn["pressure"], np.nan)
+    return GlobalWear(worn[scenario.wear.displacement], pressure, worn["half_width"], worn["half_length"])
 
 
 def _as_printed(scenario: Scenario, along: Column) -> State:
@@ -193,6 +246,19 @@ def _notes(scenario: Scenario, end: float, half_width: float) -> Iterator[str]:
     last = {**scenario.worn(np.asarray(end)), "half_width": np.asarray(half_width)}
     limits = scenario.wear.notes(scenario.values, last)
     yield from (*exact, *limits) if scenario.slip is not None else (*limits, *exact)
+
+
+def _engine_notes(scenario: Scenario, both: bool) -> Iterator[str]:
+    """State why a pin is simulated with another engine, and which length a stroke was given."""
+    if not both:
+        return
+    first, second = map(spoken, scenario.wear.bodies)
+    yield f"the {second} wears as well as the {first}, so that the contact is not axisymmetric: half-space engine"
+    if scenario.there_and_back:
+        yield (
+            "the groove is longer than the stroke by the extension at the end of the simulation; groove depths at "
+            "shorter sliding distances are underestimated by a few percent at most"
+        )
 
 
 def archards_wear(fit: WearFit) -> KnownWear | None:

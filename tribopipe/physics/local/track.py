@@ -1,4 +1,4 @@
-"""A spherical pin on a track of an elastic half space, both of which wear at every point.
+"""A pin on a track of an elastic half space, both of which wear at every point.
 
 A point of the pin stays in contact, and a point of the track meets the pin once per path L. With the amount of wear
 q = k_1·S of the pin, m²/N, and κ = k_2/(k_1·L), Archard's law removes at each point
@@ -10,6 +10,7 @@ the two of them: the track has lost κ·∫h_1 dz on each of its lines. This is 
 ``tribopipe.physics.pin_on_track``.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -162,19 +163,71 @@ def pin_on_track(
         )
     volume = amount * normal_load
     rigid = SphereOnTrack(radius).worn(volume, track_ratio * volume)
-    half_width, half_length = (
-        _MARGIN * float(first.half_width**4 + reach**4) ** 0.25 for reach in (rigid.half_width, rigid.half_length)
+    reach = contact_reach(float(first.half_width), float(rigid.half_width), float(rigid.half_length))
+    if not rigid.approach < radius:
+        raise _as_wide_as(radius)
+    return tip_on_track(
+        normal_load=normal_load,
+        modulus=modulus,
+        tip=lambda place: cap_height(scar_radius=place, sphere_radius=radius),
+        radius=radius,
+        track_ratio=track_ratio,
+        reach=reach,
+        cells=cells,
     )
-    if not (rigid.approach < radius and half_width < radius):
-        raise ContactError(
-            "local wear: found so much wear that the scar is as wide as the sphere of radius "
-            f"{show(radius, None, 'm', 'mm')}; expected a narrower scar; use a shorter distance, or check load, wear "
-            "coefficients and radius"
-        )
-    half_space = MirroredHalfSpace(modulus, (half_width / (cells[0] - 1), half_length / (cells[1] - 1)), cells)
+
+
+def contact_reach(start: float, half_width: float, half_length: float) -> tuple[float, float]:
+    """Return half of the grid across and along, m, for a Hertzian radius and half of the scar of rigid bodies, m."""
+    across, along = (_MARGIN * (start**4 + reach**4) ** 0.25 for reach in (half_width, half_length))
+    return across, along
+
+
+def tip_on_track(
+    *,
+    normal_load: float,
+    modulus: float,
+    tip: Callable[[Column], Column],
+    radius: float,
+    track_ratio: float,
+    reach: tuple[float, float],
+    cells: tuple[int, int] = CELLS,
+) -> PinOnTrack:
+    """Build a pin of any round shape on a track; N, Pa, m.
+
+    Parameters
+    ----------
+    normal_load, modulus
+        F_N, N; E_c, Pa.
+    tip
+        Returns how far the pin is behind its end at each radius, m; infinite outside the pin.
+    radius
+        Radius of a sphere, which is wider than its scar; infinite for other tips.
+    track_ratio
+        κ = k_2/(k_1·L), 1/m.
+    reach
+        Half of the grid across and along the sliding direction, m.
+    cells
+        Points of a quarter of the contact, across and along.
+
+    Raises
+    ------
+    ContactError
+        If the grid is as wide as the sphere.
+    """
+    if not max(reach) < radius:
+        raise _as_wide_as(radius)
+    half_space = MirroredHalfSpace(modulus, (reach[0] / (cells[0] - 1), reach[1] / (cells[1] - 1)), cells)
     across, along = half_space.places
-    gap = cap_height(scar_radius=np.hypot(across[:, None], along), sphere_radius=radius)
-    return PinOnTrack(normal_load, half_space, gap, track_ratio)
+    return PinOnTrack(normal_load, half_space, tip(np.hypot(across[:, None], along)), track_ratio)
+
+
+def _as_wide_as(radius: float) -> ContactError:
+    return ContactError(
+        "local wear: found so much wear that the scar is as wide as the sphere of radius "
+        f"{show(radius, None, 'm', 'mm')}; expected a narrower scar; use a shorter distance, or check load, wear "
+        "coefficients and radius"
+    )
 
 
 def wear_pin_and_track(
@@ -190,6 +243,8 @@ def _end(places: Column, pin: Column, groove: Column | float = 0.0) -> float:
     What the contact has lost, which the pin follows along the sliding direction and both bodies across it, falls there
     linearly with the square of the place, as the gap of the unworn sphere rises. The last point may have lost less.
     """
+    if not pin.any():
+        return 0.0
     last = int(np.flatnonzero(pin)[-1])
     end = vanishing(places, np.sqrt(pin + groove), last - 2) if last > 1 else np.inf
     return float(np.clip(end, places[last], places[last] + 2 * places[0]))
