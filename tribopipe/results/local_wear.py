@@ -163,9 +163,9 @@ class LocalWearResult(Record):
     def __str__(self) -> str:
         flat, track = self.flat_disc_wear_coefficient, self.track_wear_coefficient
         both = "" if flat is None else f" (crowned disc), {flat.shown(WEAR_COEFFICIENT)} (cylindrical disc)"
-        if track is not None:
-            pin, counterbody = (spoken(name) for name in self.pair or ("pin", "counterbody"))
-            both = f" ({pin}), {track.shown(WEAR_COEFFICIENT)} ({counterbody})"
+        if track is not None and self.pair:
+            first, second = map(spoken, self.pair)
+            both = f" ({first}), {track.shown(WEAR_COEFFICIENT)} ({second})"
         head = (
             f"{self.model}, {self.engine}, {self.scheme}: k_D = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}{both}, "
             f"F_N = {force(self.normal_load)}"
