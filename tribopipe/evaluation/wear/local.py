@@ -244,7 +244,9 @@ def _disc_points(
 def _notes(scenario: Scenario, end: float, half_width: float) -> Iterator[str]:
     exact = _exactness(scenario.known.first)
     last = {**scenario.worn(np.asarray(end)), "half_width": np.asarray(half_width)}
-    limits = scenario.wear.notes(scenario.values, last)
+    # Local wear neglects no elastic deformation, as the model with uniform pressure beside it may.
+    local = replace(scenario, known=replace(scenario.known, engine="local"))
+    limits = local.wear.notes(scenario.values, last)
     yield from (*exact, *limits) if scenario.slip is not None else (*limits, *exact)
 
 
