@@ -142,7 +142,8 @@ def pin_contact(contact: SlidingPin, values: Values) -> PinContact:
 def no_local_wear_of_a_block(contact: SlidingPin) -> ContactError:
     """Return the refusal of local wear of a line contact."""
     return ContactError(
-        f"local wear: found {contact.title}, a line contact; expected a pin or ball; use `tribopipe predict --engine volume`"
+        f"local wear: found {contact.title}, a line contact; expected a pin or ball; use `tribopipe predict --engine "
+        "volume`"
     )
 
 
