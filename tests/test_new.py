@@ -241,7 +241,8 @@ def test_what_is_typical_of_a_material_is_taken_only_where_it_is_accepted(run_cl
     head = b"Ball;100Cr6\nDisc;PEEK CF30\n\n"
     put(lab, a=head + table("Friction force [N]", [1.0, 2.0]))
     offered, taken = (run_cli("new", "a.csv", "--id", name, *more) for name, more in (("b", []), ("c", ["--accept"])))
-    assert "run.toml suggests values for 2 of these keys; accept them with --accept" in offered.stderr
+    keys = "contact.pin.youngs_modulus, contact.pin.poisson_ratio"
+    assert f"suggested in run.toml: {keys}; accept with --accept\n" in offered.stderr
     assert "contact.pin.youngs_modulus = 210 GPa, typical of steel" in taken.stderr
     assert '# youngs_modulus = "210 GPa"      # typical of steel\n' in (lab / "b" / "run.toml").read_text(
         encoding="utf-8"

@@ -93,8 +93,8 @@ class NewRun:
     """Notes to the user about how the files were read."""
     accepted: tuple[str, ...] = ()
     """Suggested values that were accepted, each with its source."""
-    suggested: int = 0
-    """Number of missing values that run.toml suggests."""
+    suggested: tuple[str, ...] = ()
+    """Keys of missing values that run.toml suggests."""
 
 
 @dataclass(frozen=True)
@@ -271,7 +271,7 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
         problem,
         tuple(notes),
         tuple(accepted),
-        suggested=sum(draft.known.offered(key) is not None for key in (*missing, *bodies_lack)),
+        tuple(key for key in (*missing, *bodies_lack) if draft.known.offered(key)),
     )
 
 
