@@ -85,8 +85,8 @@ def test_longer_test_slides_farther_with_as_many_samples_a_metre(wc_co):
     end = float(longer.end_depth(longer.values))
     law = wc_co.problem.depth(wc_co.coefficient, wc_co.problem.values, np.array([4 * wc_co.problem.trace.slid]))
     assert end == pytest.approx(float(law[0]), rel=1e-9, abs=0)
-    # The law fits the planned curve exactly.
-    assert float(longer.solve(longer.values)) / wc_co.coefficient == pytest.approx(1, rel=1e-6)
+    # The law fits the planned curve: a deeper sphere in a groove is a little less like a paraboloid.
+    assert float(longer.solve(longer.values)) / wc_co.coefficient == pytest.approx(1, rel=1e-5)
 
 
 @pytest.mark.parametrize("recipe", [TWO_STEP], ids=["two-step"])
