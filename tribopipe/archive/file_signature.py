@@ -1,6 +1,7 @@
 """How a file of the archive looks from outside, by which it is known again without being read."""
 
 import os
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +32,23 @@ class Stamp(NamedTuple):
 def stamps(archive: Path) -> dict[str, Stamp]:
     """Return the stamps of all runs and studies of an archive, by their path in it."""
     return _stamps(archive, "") | _stamps(archive / STUDIES, f"{STUDIES}/")
+
+
+def folders_stamp(archive: Path) -> str | None:
+    """Return a text that changes whenever a file is put into the folders of an archive, renamed or removed.
+
+    None is returned where such a change may have just been made, so that a further one would not show.
+    """
+    now = time.time_ns()
+    seen = [folder_stamp for folder in (archive, archive / STUDIES) if (folder_stamp := _folder_stamp(folder))]
+    return " ".join(map(str, seen)) if all(stamp.settled(now) for stamp in seen) else None
+
+
+def _folder_stamp(folder: Path) -> Stamp | None:
+    try:
+        return stamp_of(folder.stat())
+    except OSError:
+        return None
 
 
 def _stamps(folder: Path, prefix: str) -> dict[str, Stamp]:

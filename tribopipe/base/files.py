@@ -254,6 +254,21 @@ def natural_order(name: str) -> list[tuple[str, int]]:
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d{0,18})", name)]
 
 
+def natural_key(name: str) -> bytes:
+    """Return ``natural_order`` as bytes, which have the same order."""
+    return b"".join(_key_of(text) + _key_of_number(number) for text, number in natural_order(name))
+
+
+def _key_of(text: str) -> bytes:
+    # Ends with what sorts before any further character.
+    return text.encode("utf-8", "surrogatepass").replace(b"\0", b"\0\1") + b"\0\0"
+
+
+def _key_of_number(number: int) -> bytes:
+    length = (number.bit_length() + 7) // 8
+    return bytes([length]) + number.to_bytes(length, "big")
+
+
 def _umask() -> int:
     """Return the process's umask; a file made by mkstemp is private, one of this process is as any other."""
     mask = os.umask(0)

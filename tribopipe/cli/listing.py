@@ -182,19 +182,19 @@ def ls(
         return
     chosen = None if columns is None else columns_named(columns)
     catalogue = up_to_date(archive)
-    runs = catalogue.runs(where, sort)
+    complete = as_json or everything or line_width() is None
+    total, runs = catalogue.listed(where, sort, most=None if complete else _ROWS)
     if as_json:
         print_json({"runs": [_document(run) for run in runs]})
     elif runs or not catalogue.unreadable:
         asked = f" where {where}" if where else ""
-        title = f"{len(runs)} run{'' if len(runs) == 1 else 's'} in {archive}{asked}"
-        shown = runs if everything or line_width() is None else runs[:_ROWS]
+        title = f"{total} run{'' if total == 1 else 's'} in {archive}{asked}"
         if chosen is None:
-            show_runs(title, shown)
+            show_runs(title, runs)
         else:
-            show_table(title, [listed_cells(shown, column) for column in chosen])
-        if len(shown) < len(runs):
-            print_result(f"and {len(runs) - len(shown)} more: add --all, or filter with --where")
+            show_table(title, [listed_cells(runs, column) for column in chosen])
+        if len(runs) < total:
+            print_result(f"and {total - len(runs)} more: add --all, or filter with --where")
     tell_unreadable(catalogue, some_done=bool(runs))
 
 
@@ -230,10 +230,10 @@ def up_to_date(archive: "Path") -> "Catalogue":
 
     require_archive(archive)
     catalogue = Catalogue(archive)
-    waiting = len(catalogue.waiting())
-    if waiting:
-        with progress("Reading", waiting) as advance:
-            catalogue.refresh(advance)
+    changes = catalogue.changes()
+    if changes:
+        with progress("Reading", len(changes)) as advance:
+            catalogue.refresh(advance, changes)
     return catalogue
 
 

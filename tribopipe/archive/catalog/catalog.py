@@ -4,20 +4,25 @@ It notes of each file how it looked, and what a run or a study states in it.
 """
 
 import hashlib
+import json
 import sqlite3
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from itertools import islice
 from pathlib import Path
 from threading import RLock
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from tribopipe.archive.catalog.database import NOTED, Database, sum_of, transaction
-from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, in_order
-from tribopipe.archive.catalog.query import parse_where, where_clause
-from tribopipe.archive.file_signature import STUDIES, Stamp, stamps
+from tribopipe.archive.catalog.database import NOTED, Database, Work, are_intact, snapshot, sum_of
+from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, sort_key
+from tribopipe.archive.catalog.query import parse_where
+from tribopipe.archive.catalog.recent_checks import Check, CheckNote
+from tribopipe.archive.catalog.selection import Selection, selection
+from tribopipe.archive.file_signature import STUDIES, Stamp, folders_stamp, stamps
 from tribopipe.archive.remote import RemotePath, stamps_of
 from tribopipe.base.errors import NotInstalledError, TribopipeError
+
+T = TypeVar("T")
 
 
 class Known(NamedTuple):
@@ -52,6 +57,11 @@ def noted(connection: sqlite3.Connection) -> dict[str, Known]:
     """Return how every file looked, by its path in the archive."""
     rows = connection.execute("SELECT name, stamp, settled, sha256 FROM files")
     return {name: Known(stamp, bool(settled), sha256) for name, stamp, settled, sha256 in rows}
+
+
+def _noted_of(connection: sqlite3.Connection, name: str) -> Known | None:
+    row = connection.execute("SELECT stamp, settled, sha256 FROM files WHERE name = ?", [name]).fetchone()
+    return None if row is None else Known(row["stamp"], bool(row["settled"]), row["sha256"])
 
 
 def take_note(archive: Path, name: str, stamp: Stamp, before: Known | None) -> Note | None:
@@ -125,13 +135,15 @@ def _keep_members(connection: sqlite3.Connection, note: Note) -> None:
 
 
 def _keep_cells(connection: sqlite3.Connection, file: str, cells: Mapping[str, Cell]) -> None:
-    values: list[float | str | None] = [file]
+    values: list[float | str | bytes | None] = [file]
     for name in NOTED:
         cell = cells.get(name, Cell())
         if COLUMNS[name].kind == "number":
-            values += [None if cell.value is None else float(cell.value), cell.standard_uncertainty, cell.shown]
+            # SQLite keeps no minus zero, so that the sum of one would not be that of what is read.
+            values += [None if cell.value is None else float(cell.value) + 0.0, cell.standard_uncertainty, cell.shown]
         else:
             values.append(cell.value)
+    values.append(sort_key("id", str(cells.get("id", Cell()).value or "")))
     places = ", ".join("?" * (len(values) + 1))
     connection.execute(f"INSERT INTO runs VALUES ({places})", [*values, sum_of(tuple(values))])  # noqa: S608
 
@@ -139,6 +151,25 @@ def _keep_cells(connection: sqlite3.Connection, file: str, cells: Mapping[str, C
 Advance = Callable[[str], None]
 _BATCH = 100
 """Files read before what they state is written, so that little is lost where somebody interrupts."""
+
+
+class Changes(NamedTuple):
+    """Files that are not as the catalog has them."""
+
+    new: list[tuple[str, Stamp]] = []  # noqa: RUF012, never changed
+    """Files to be read or compared, with their stamps."""
+    gone: list[str] = []  # noqa: RUF012, never changed
+
+    def __len__(self) -> int:
+        return len(self.new) + len(self.gone)
+
+
+class Listed(NamedTuple):
+    """Some of the runs that match a query."""
+
+    total: int
+    """How many match."""
+    runs: list[ListedRun]
 
 
 class Catalogue:
@@ -150,87 +181,149 @@ class Catalogue:
     def __init__(self, archive: Path) -> None:
         self.folder = archive
         self._database = Database(archive)
+        self._looked = CheckNote(archive, "files")
+        self._revised: tuple[Check, str] | None = None
         self._lock = RLock()
 
     @property
     def revision(self) -> str:
         """A text that is another one whenever a file of the archive is; nothing but the folder is looked at."""
-        seen = "\n".join(f"{name} {stamp}" for name, stamp in sorted(_stamps(self.folder).items()))
-        return hashlib.sha256(seen.encode("utf-8", "surrogateescape")).hexdigest()[:16]
+        with self._lock:
+            state, at, start = self._folders(), time.time(), time.perf_counter()
+            if self._revised is not None and self._revised[0].is_valid_for(state):
+                return self._revised[1]
+            stamps_now = _stamps(self.folder)
+            seen = "\n".join(f"{name} {stamp}" for name, stamp in sorted(stamps_now.items()))
+            revision = hashlib.sha256(seen.encode("utf-8", "surrogateescape")).hexdigest()[:16]
+            settled = bool(state) and all(stamp.settled(int(at * 1e9)) for stamp in stamps_now.values())
+            self._revised = (Check(state, at, time.perf_counter() - start), revision) if settled else None
+            return revision
+
+    def changes(self) -> Changes:
+        """Return the files that the next refresh has to look into, or to forget.
+
+        A folder whose files were looked at lately, and took long, is taken as it was unless it has changed since.
+        """
+        with self._lock:
+            return self._database.do(self._changes)
 
     def waiting(self) -> list[str]:
-        """Return the files that the next refresh has to look into, or to forget."""
-        with self._lock:
-            return self._database.do(lambda connection: _changed(connection, _stamps(self.folder)))
+        """Return the names of the files that the next refresh has to look into, or to forget."""
+        new, gone = self.changes()
+        return [*(name for name, _ in new), *gone]
 
-    def refresh(self, advance: Advance | None = None) -> None:
-        """Bring the catalog up to date; ``advance`` is given the name of each file that was looked into."""
+    def refresh(self, advance: Advance | None = None, changes: Changes | None = None) -> None:
+        """Bring the catalog up to date.
+
+        Parameters
+        ----------
+        advance
+            Is given the name of each file that was looked into.
+        changes
+            What ``changes`` has just returned, so that the files are not looked at once more.
+        """
         with self._lock:
-            self._database.do(lambda connection: self._refresh(connection, advance))
+            self._database.do(lambda connection: self._refresh(connection, advance, changes))
 
     @property
     def unreadable(self) -> list[tuple[str, str]]:
         """Files that cannot be read, each with one sentence that states why and what to do."""
-        rows = self._asked("SELECT name, error FROM files WHERE error IS NOT NULL ORDER BY name")
+        rows = self._asked(lambda connection: connection.execute(_UNREADABLE).fetchall())
         return [(name, f"{self.folder / name}: {error}") for name, error in rows]
 
     @property
     def count(self) -> int:
         """Number of runs that can be read."""
-        return int(self._asked("SELECT count(*) FROM listed")[0][0])
+        return self.listed(most=0).total
 
     def runs(self, where: str = "", sort: str = "id") -> list[ListedRun]:
         """Return the runs that match a query, sorted by columns such as "material,-k_d".
 
         Raises ``QueryError`` where query or order cannot be understood.
         """
-        condition, values = where_clause(parse_where(where))
-        rows = self._asked(f"SELECT * FROM listed WHERE {condition}", values)  # noqa: S608, of names of columns alone
-        places = {name: place for place, name in enumerate(rows[0].keys())} if rows else {}
-        return in_order((ListedRun(row, places) for row in rows), sort)
+        return self.listed(where, sort).runs
 
-    def _asked(self, question: str, values: Sequence[float | str] = ()) -> list[sqlite3.Row]:
+    def listed(self, where: str = "", sort: str = "id", start: int = 0, most: int | None = None) -> Listed:
+        """Return some of the runs that match a query, and how many match.
+
+        Parameters
+        ----------
+        where, sort
+            As of ``runs``.
+        start
+            How many runs are left out at the beginning.
+        most
+            How many are returned at most; all without it.
+        """
+        query = selection(parse_where(where), sort)
+        return self._asked(lambda connection: _listed(connection, query, start, most))
+
+    def _asked(self, work: Work[T]) -> T:
         with self._lock:
-            return self._database.do(
-                lambda connection: connection.execute(question, values).fetchall(), fill=self._refresh
-            )
+            return self._database.do(work, fill=self._refresh)
 
-    def _refresh(self, connection: sqlite3.Connection, advance: Advance | None = None) -> None:
-        seen = _stamps(self.folder)
-        if gone := _gone(connection, seen):
-            with transaction(connection):
+    def _folders(self) -> str:
+        """Return the stamp of the folders; empty where a further change would not show in it."""
+        return "" if isinstance(self.folder, RemotePath) else folders_stamp(self.folder) or ""
+
+    def _changes(self, connection: sqlite3.Connection) -> Changes:
+        folders, at, start = self._folders(), time.time(), time.perf_counter()
+        if folders and self._looked.valid_for(folders) is not None:
+            return Changes()
+        changes = _compared(connection, _stamps(self.folder))
+        if folders and not changes:
+            self._looked.keep(Check(folders, at, time.perf_counter() - start))
+        return changes
+
+    def _refresh(
+        self, connection: sqlite3.Connection, advance: Advance | None = None, changes: Changes | None = None
+    ) -> None:
+        new, gone = changes or self._changes(connection)
+        if gone:
+            with self._database.writing(connection):
                 forget(connection, gone)
-        waiting = iter(_to_look_into(connection, seen))
+        waiting = iter(new)
         while batch := list(islice(waiting, _BATCH)):
             self._look_into(connection, batch, advance)
 
     def _look_into(
         self, connection: sqlite3.Connection, batch: list[tuple[str, Stamp]], advance: Advance | None
     ) -> None:
-        before, notes = noted(connection), []
+        notes = []
         for name, stamp in batch:
-            notes.append(take_note(self.folder, name, stamp, before.get(name)))
+            notes.append(take_note(self.folder, name, stamp, _noted_of(connection, name)))
             if advance is not None:
                 advance(name)
-        with transaction(connection):
+        with self._database.writing(connection):
             keep(connection, [note for note in notes if note is not None])
             forget(connection, [name for (name, _), note in zip(batch, notes, strict=True) if note is None])
+
+
+_UNREADABLE = "SELECT name, error FROM files WHERE error IS NOT NULL ORDER BY name"
+_CHOSEN = """SELECT listed.* FROM json_each(?) AS wanted CROSS JOIN listed ON listed.place = wanted.value
+ORDER BY wanted.key"""
+_THEIR_STUDIES = "SELECT members.* FROM json_each(?) AS wanted CROSS JOIN members ON members.run = wanted.value"
+
+
+def _listed(connection: sqlite3.Connection, query: Selection, start: int, most: int | None) -> Listed:
+    window = [*query.values, -1 if most is None else most, start]
+    with snapshot(connection):
+        chosen = [place for (place,) in connection.execute(query.places, window)]
+        total = len(chosen) if most is None else connection.execute(query.count, query.values).fetchone()[0]
+        rows = connection.execute(_CHOSEN, [json.dumps(chosen)]).fetchall()
+        their_studies = connection.execute(_THEIR_STUDIES, [json.dumps([row["id"] for row in rows])]).fetchall()
+    columns = {name: number for number, name in enumerate(rows[0].keys())} if rows else {}
+    noted_cells = (tuple(row)[columns["file"] : columns["sum"] + 1] for row in rows)
+    if not are_intact(noted_cells) or not are_intact(their_studies):
+        raise sqlite3.DatabaseError("damaged")
+    return Listed(total, [ListedRun(row, columns) for row in rows])
 
 
 def _stamps(archive: Path) -> Mapping[str, Stamp]:
     return stamps_of(archive) if isinstance(archive, RemotePath) else stamps(archive)
 
 
-def _changed(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> list[str]:
-    return [*(name for name, _ in _to_look_into(connection, seen)), *sorted(_gone(connection, seen))]
-
-
-def _gone(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> set[str]:
-    return noted(connection).keys() - seen.keys()
-
-
-def _to_look_into(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> list[tuple[str, Stamp]]:
-    known = noted(connection)
-    return [
-        (name, stamp) for name, stamp in sorted(seen.items()) if name not in known or not known[name].still_holds(stamp)
-    ]
+def _compared(connection: sqlite3.Connection, seen: Mapping[str, Stamp]) -> Changes:
+    known = dict(connection.execute("SELECT name, CASE WHEN settled THEN stamp END FROM files"))
+    new = [(name, stamp) for name, stamp in sorted(seen.items()) if known.get(name) != str(stamp)]
+    return Changes(new, sorted(known.keys() - seen.keys()))

@@ -8,20 +8,22 @@ import os
 import sqlite3
 import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from tribopipe.archive.catalog.listing import COLUMNS, steps_in_words
+from tribopipe.archive.catalog.listing import COLUMNS, sort_key, steps_in_words
 from tribopipe.archive.catalog.query import holds, matches
+from tribopipe.archive.catalog.recent_checks import Check, CheckNote
+from tribopipe.archive.file_signature import stamp_of
 from tribopipe.archive.lock import SILENT, say_waiting
 from tribopipe.version import VERSION
 
 T = TypeVar("T")
 Work = Callable[[sqlite3.Connection], T]
 FILE_NAME = "catalogue.sqlite"
-_EDITION = 5
+_EDITION = 6
 """Goes up when the same run is noted in another way."""
 _WAIT = 20.0
 """How long another process may write, s."""
@@ -33,17 +35,25 @@ NOTED = tuple(name for name in COLUMNS if name not in _OF_STUDIES)
 """Columns that come from the run."""
 _TYPES = {"number": 'REAL, "{0}_uncertainty" REAL, "{0}_shown" TEXT', "text": "TEXT", "date": "TEXT"}
 _CELLS = ", ".join(f'"{name}" {_TYPES[COLUMNS[name].kind].format(name)}' for name in NOTED)
+_WIDE = ("title", "comment", "steps", "missing", "run_toml", "marked_bad", "notes")
+"""Columns of long texts."""
+_NARROW = ", ".join(f'"{name}"' for name in NOTED if name not in _WIDE)
+"""Columns that most queries ask about: an index that holds them is read instead of the whole table."""
 _SCHEMA = f"""
 CREATE TABLE files (name TEXT PRIMARY KEY, stamp TEXT, settled INTEGER, sha256 TEXT, error TEXT, sum INTEGER);
-CREATE TABLE runs (file TEXT PRIMARY KEY REFERENCES files ON DELETE CASCADE, {_CELLS}, sum INTEGER);
+CREATE TABLE runs (file TEXT PRIMARY KEY REFERENCES files ON DELETE CASCADE, {_CELLS}, id_key BLOB, sum INTEGER);
 CREATE TABLE members (file TEXT REFERENCES files ON DELETE CASCADE, study TEXT, run TEXT, agreement TEXT, sum INTEGER);
+CREATE INDEX files_unreadable ON files (name) WHERE error IS NOT NULL;
+CREATE INDEX runs_in_order ON runs (id_key);
+CREATE INDEX runs_narrow ON runs ({_NARROW}, id_key);
 CREATE INDEX members_file ON members (file);
-CREATE VIEW listed AS
-    SELECT runs.*, studies, agreement FROM runs LEFT JOIN (
-        SELECT run, replace(group_concat(DISTINCT study), ',', char(10)) AS studies,
-            group_concat(agreement, char(10)) AS agreement
-        FROM (SELECT * FROM members ORDER BY study, agreement) GROUP BY run
-    ) ON run = id;
+CREATE INDEX members_run ON members (run);
+CREATE VIEW listed AS SELECT runs.rowid AS place, runs.*,
+    (SELECT group_concat(study, char(10)) FROM
+        (SELECT DISTINCT study FROM members WHERE run = id ORDER BY study)) AS studies,
+    (SELECT group_concat(agreement, char(10)) FROM
+        (SELECT agreement FROM members WHERE run = id ORDER BY study, agreement)) AS agreement
+    FROM runs;
 """  # noqa: S608, of names of columns alone
 _STATEMENTS = [statement.strip() for statement in _SCHEMA.split(";") if statement.strip()]
 _SUMMED = ("SELECT name, sha256, error, sum FROM files", "SELECT * FROM runs", "SELECT * FROM members")
@@ -60,6 +70,7 @@ class Database:
 
     def __init__(self, archive: Path) -> None:
         self._path = archive / FILE_NAME
+        self._checked = CheckNote(archive, "catalogue")
         self._connection: sqlite3.Connection | None = None
         self._memory: sqlite3.Connection | None = None
         self._patience = SILENT
@@ -144,11 +155,36 @@ class Database:
     def _kept(self) -> sqlite3.Connection:
         """Return the connection there is, or open the file as it was kept."""
         if self._connection is None:
-            self._connection = _connected(os.fspath(self._path), self._patience)
-            _make_tables(self._connection)
+            self._open()
         elif not _is_this_version(self._connection):
             raise sqlite3.DatabaseError("written by another version meanwhile")
         return self._connection
+
+    def _open(self) -> None:
+        """Open the file, and check it unless that was done lately and it has not changed since."""
+        state, start = self._state(), time.perf_counter()
+        self._connection = _connected(os.fspath(self._path), self._patience)
+        _make_tables(self._connection)
+        if self._checked.valid_for(state) is None:
+            _refuse_damaged(self._connection)
+            if self._state() == state:
+                self._checked.keep(Check(state, time.time(), time.perf_counter() - start))
+
+    def _state(self) -> str:
+        """Return the stamp of the file; empty where there is none."""
+        try:
+            return str(stamp_of(self._path.stat()))
+        except OSError:
+            return ""
+
+    @contextmanager
+    def writing(self, connection: sqlite3.Connection) -> Iterator[None]:
+        """Write all or nothing; a file that need not be checked again need not be after that either."""
+        with transaction(connection):
+            check = self._checked.valid_for(self._state()) if connection is self._connection else None
+            yield
+        if check is not None:
+            self._checked.keep(check._replace(state=self._state()))
 
     def _anew(self) -> sqlite3.Connection:
         """Begin a new file. Raises ``OSError`` where the old one cannot be removed."""
@@ -172,6 +208,7 @@ class Database:
                 kept.execute("SELECT name FROM files").fetchone()  # fails where backup would wait for ever
                 kept.backup(memory)
         _make_tables(memory)
+        _refuse_damaged(memory)
         self._connection, self._memory = None, memory
         return memory
 
@@ -219,6 +256,7 @@ def _connected(name: str, patience: float, *, uri: bool = False) -> sqlite3.Conn
     connection.create_function("matches", 2, matches, deterministic=True)
     connection.create_function("holds", 2, holds, deterministic=True)
     connection.create_function("steps_in_words", 1, steps_in_words, deterministic=True)
+    connection.create_function("sort_key", 2, sort_key, deterministic=True)
     connection.execute("PRAGMA foreign_keys = ON")
     return connection
 
@@ -231,11 +269,10 @@ def _make_tables(connection: sqlite3.Connection) -> None:
                 for statement in _STATEMENTS:
                     connection.execute(statement)
                 connection.execute(f"PRAGMA user_version = {_THIS}")
-    _refuse_damaged(connection)
 
 
 def _refuse_damaged(connection: sqlite3.Connection) -> None:
-    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok" or not _adds_up(connection):
+    if connection.execute("PRAGMA integrity_check(1)").fetchone()[0] != "ok" or not _adds_up(connection):
         raise sqlite3.DatabaseError("damaged")
 
 
@@ -244,11 +281,15 @@ def _adds_up(connection: sqlite3.Connection) -> bool:
     tables = {sql for (sql,) in connection.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
     if tables != set(_STATEMENTS):
         return False
-    rows = (tuple(row) for question in _SUMMED for row in connection.execute(question))
-    return all(row[-1] == sum_of(row[:-1]) for row in rows)
+    return all(are_intact(connection.execute(question)) for question in _SUMMED)
 
 
-def sum_of(values: tuple[float | str | None, ...]) -> int:
+def are_intact(rows: Iterable[Iterable[float | str | bytes | None]]) -> bool:
+    """Return whether rows are as they were written, by the sums that they end in."""
+    return all(row[-1] == sum_of(row[:-1]) for row in map(tuple, rows))
+
+
+def sum_of(values: tuple[float | str | bytes | None, ...]) -> int:
     """Return the sum that is kept with a row."""
     return zlib.crc32(marshal.dumps(values, 2))
 
@@ -268,3 +309,14 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
         if connection.in_transaction:
             connection.execute("ROLLBACK")
         raise
+
+
+@contextmanager
+def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
+    """Read what was there at one moment in several questions."""
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")

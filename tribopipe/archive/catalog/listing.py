@@ -6,11 +6,11 @@ Nothing heavy is imported here: listing needs no units.
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, Literal, NamedTuple
 
 from tribopipe.base.errors import QueryError, did_you_mean
-from tribopipe.base.files import natural_order
+from tribopipe.base.files import natural_key
 from tribopipe.base.plugins import names
 from tribopipe.physics.calculation_methods import LAW_GROUP
 
@@ -330,15 +330,23 @@ def texts_of(runs: Iterable[ListedRun], column: ListedColumn) -> list[str]:
 @cache
 def _shown_text(column: ListedColumn) -> Callable[[ListedRun], str]:
     """Return what reads the text of a column out of a run."""
-    name, joint = column.name, column.joint or " "
+    name = column.name
     if column.kind == "number":
         shown = f"{name}_shown"
         return lambda run: run[shown] or ""
+    shown_as = _shown_as(column)
+    return lambda run: shown_as(run[name])
+
+
+@cache
+def _shown_as(column: ListedColumn) -> Callable[[str | None], str]:
+    """Return what turns a text or date, as the catalog holds it, into what is shown."""
+    joint = column.joint or " "
     if column.kind == "date":
-        return lambda run: (run[name] or "")[:16].replace("T", " ")
-    if name == "steps":
-        return lambda run: (steps_in_words(run[name]) or "").replace(ITEM, joint)
-    return lambda run: (run[name] or "").replace(ITEM, joint)
+        return lambda held: (held or "")[:16].replace("T", " ")
+    if column.name == "steps":
+        return lambda held: (steps_in_words(held) or "").replace(ITEM, joint)
+    return lambda held: (held or "").replace(ITEM, joint)
 
 
 @cache
@@ -356,24 +364,19 @@ def usual_columns(runs: Sequence[ListedRun]) -> list[ListedColumn]:
     return [column for column in usual if column.name == "id" or any(run.text(column.name) for run in runs)]
 
 
-def in_order(runs: Iterable[ListedRun], sort: str) -> list[ListedRun]:
-    """Return runs in the order of some columns, "material,-k_d"; unknown comes last, before and after a minus alike.
+def ordered_by(sort: str) -> list[tuple[ListedColumn, bool]]:
+    """Return the columns of an order such as "material,-k_d", and whether each is descending; the ID comes last.
 
     Raises ``QueryError`` where there is no such column.
     """
-    ordered, names = list(runs), sort.split(",")
-    for name in ("id", *reversed(names)) if names[0] != "id" else ("id",):
-        column = column_named(name.strip().removeprefix("-"), " to sort by")
-        ordered = _by(ordered, column, descending=name.strip().startswith("-"))
-    return ordered
+    names = [name.strip() for name in sort.split(",")]
+    columns = [(column_named(name.removeprefix("-"), " to sort by"), name.startswith("-")) for name in names]
+    by_id = (COLUMNS["id"], False)
+    return [by_id] if columns[0] == by_id else [*columns, by_id]
 
 
-def _by(runs: list[ListedRun], column: ListedColumn, *, descending: bool) -> list[ListedRun]:
-    key: Callable[[ListedRun], Any] = (
-        (lambda run: run.value(column.name))
-        if column.kind == "number"
-        else (lambda run: natural_order(run.text(column.name).casefold()))
-    )
-    known = [run for run in runs if run.text(column.name)]
-    unknown = [run for run in runs if not run.text(column.name)]
-    return [*sorted(known, key=key, reverse=descending), *unknown]
+@lru_cache(maxsize=4096)
+def sort_key(name: str, held: str | None) -> bytes | None:
+    """Return what a text or date of a column is sorted by; none where it is unknown."""
+    text = _shown_as(COLUMNS[name])(held)
+    return natural_key(text.casefold()) if text else None

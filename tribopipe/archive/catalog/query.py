@@ -26,6 +26,8 @@ _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _OPERATORS = {"number": ("=", "!=", "<", "<=", ">", ">="), "date": ("=", "!=", "<", "<=", ">", ">=", "~")}
 _TEXT_OPERATORS = ("=", "!=", "~")
 _LONGEST = 2000
+_REMEMBERED = 4096
+"""Answers about texts that are remembered: most texts are those of many runs."""
 _SAME = 1e-9
 """Share of a number by which it may differ from one it equals: what is computed is not exact to the last digit."""
 
@@ -175,13 +177,20 @@ def _cut(text: str) -> str:
 
 
 def where_clause(terms: Sequence[Term]) -> tuple[str, list[float | str]]:
-    """Write terms as a condition in SQL, and the values bound in it. It calls the functions of the database."""
+    """Write terms as a condition in SQL, and the values bound in it. It calls the functions of the database.
+
+    What SQLite compares itself comes first, so that Python is asked about as few rows as possible.
+    """
     conditions, values = ["1"], []
-    for term in terms:
+    for term in sorted(terms, key=_is_asked_of_python):
         condition, bound = _condition(term)
         conditions.append(condition)
         values += bound
     return " AND ".join(conditions), values
+
+
+def _is_asked_of_python(term: Term) -> bool:
+    return isinstance(term.value, str) and (term.column.kind == "text" or term.operator == "~")
 
 
 def _condition(term: Term) -> tuple[str, list[float | str]]:
@@ -208,6 +217,7 @@ def _numeric(column: str, operator: str, value: Span) -> tuple[str, list[float |
     return f"{column} {operator} ?", [value.low if operator in ("<", ">=") else value.high]
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def matches(texts: str | None, pattern: str) -> bool:
     """Return whether one of the texts of a run is as a pattern with * and ? states."""
     if texts is None:
@@ -216,6 +226,7 @@ def matches(texts: str | None, pattern: str) -> bool:
     return any(fits.match(_plain(text)) for text in texts.split(ITEM))
 
 
+@lru_cache(maxsize=_REMEMBERED)
 def holds(texts: str | None, part: str) -> bool:
     """Return whether the texts of a run hold a part."""
     return texts is not None and _plain(part) in _plain(texts)
