@@ -7,7 +7,8 @@ import hashlib
 import json
 import sqlite3
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from threading import RLock
@@ -153,12 +154,13 @@ _BATCH = 100
 """Files read before what they state is written, so that little is lost where somebody interrupts."""
 
 
-class Changes(NamedTuple):
+@dataclass(frozen=True)
+class Changes:
     """Files that are not as the catalog has them."""
 
-    new: list[tuple[str, Stamp]] = []  # noqa: RUF012, never changed
+    new: Sequence[tuple[str, Stamp]] = ()
     """Files to be read or compared, with their stamps."""
-    gone: list[str] = []  # noqa: RUF012, never changed
+    gone: Sequence[str] = ()
 
     def __len__(self) -> int:
         return len(self.new) + len(self.gone)
@@ -209,8 +211,8 @@ class Catalogue:
 
     def waiting(self) -> list[str]:
         """Return the names of the files that the next refresh has to look into, or to forget."""
-        new, gone = self.changes()
-        return [*(name for name, _ in new), *gone]
+        changes = self.changes()
+        return [*(name for name, _ in changes.new), *changes.gone]
 
     def refresh(self, advance: Advance | None = None, changes: Changes | None = None) -> None:
         """Bring the catalog up to date.
@@ -278,11 +280,11 @@ class Catalogue:
     def _refresh(
         self, connection: sqlite3.Connection, advance: Advance | None = None, changes: Changes | None = None
     ) -> None:
-        new, gone = changes or self._changes(connection)
-        if gone:
+        changes = changes or self._changes(connection)
+        if changes.gone:
             with self._database.writing(connection):
-                forget(connection, gone)
-        waiting = iter(new)
+                forget(connection, changes.gone)
+        waiting = iter(changes.new)
         while batch := list(islice(waiting, _BATCH)):
             self._look_into(connection, batch, advance)
 
@@ -309,7 +311,7 @@ def _listed(connection: sqlite3.Connection, query: Selection, start: int, most: 
     window = [*query.values, -1 if most is None else most, start]
     with snapshot(connection):
         chosen = [place for (place,) in connection.execute(query.places, window)]
-        total = len(chosen) if most is None else connection.execute(query.count, query.values).fetchone()[0]
+        total = len(chosen) if most is None else connection.execute(query.total, query.values).fetchone()[0]
         rows = connection.execute(_CHOSEN, [json.dumps(chosen)]).fetchall()
         their_studies = connection.execute(_THEIR_STUDIES, [json.dumps([row["id"] for row in rows])]).fetchall()
     columns = {name: number for number, name in enumerate(rows[0].keys())} if rows else {}

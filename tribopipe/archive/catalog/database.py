@@ -155,18 +155,18 @@ class Database:
     def _kept(self) -> sqlite3.Connection:
         """Return the connection there is, or open the file as it was kept."""
         if self._connection is None:
-            self._open()
+            state, start = self._state(), time.perf_counter()
+            self._connection = _connected(os.fspath(self._path), self._patience)
+            _make_tables(self._connection)
+            self._check(self._connection, state, start)
         elif not _is_this_version(self._connection):
             raise sqlite3.DatabaseError("written by another version meanwhile")
         return self._connection
 
-    def _open(self) -> None:
-        """Open the file, and check it unless that was done lately and it has not changed since."""
-        state, start = self._state(), time.perf_counter()
-        self._connection = _connected(os.fspath(self._path), self._patience)
-        _make_tables(self._connection)
+    def _check(self, connection: sqlite3.Connection, state: str, start: float) -> None:
+        """Check the file, unless that was done lately and it has not changed since."""
         if self._checked.valid_for(state) is None:
-            _refuse_damaged(self._connection)
+            _refuse_damaged(connection)
             if self._state() == state:
                 self._checked.keep(Check(state, time.time(), time.perf_counter() - start))
 

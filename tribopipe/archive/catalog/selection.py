@@ -12,7 +12,7 @@ class Selection(NamedTuple):
 
     places: str
     """Asks for their row numbers in order, as many as a first further value states, from where a second one does."""
-    count: str
+    total: str
     """Asks for their number."""
     values: Sequence[float | str]
     """Values of the condition, which both questions begin with."""
