@@ -227,7 +227,12 @@ def drive_of(folder: Path) -> int | None:
 
 def leftovers(folder: Path) -> list[Path]:
     """Return the temporary files that writers left in a folder who could not end: they were killed, or still write."""
-    return sorted(path for path in folder.glob(f".*{_PART}") if path.is_file())
+    try:
+        names = os.listdir(folder)  # noqa: PTH208, since a path for each of 100,000 files takes long
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+    parts = (folder / name for name in names if name.startswith(".") and name.endswith(_PART))
+    return sorted(part for part in parts if part.is_file())
 
 
 def clear_leftovers_of(path: Path) -> None:
