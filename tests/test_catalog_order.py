@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tribopipe.archive.catalog.catalog import Catalogue, Known, Note, keep
 from tribopipe.archive.catalog.database import in_memory
 from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, column_named
+from tribopipe.archive.catalog.selection import Asked
 from tribopipe.base.errors import QueryError
 from tribopipe.base.files import natural_key, natural_order
 
@@ -54,7 +55,7 @@ def filled(folder: Path, rows: list[dict[str, Any]]) -> Catalogue:
     catalogue = Catalogue(folder)
     catalogue._database._memory = connection = in_memory()
     catalogue._database._again = float("inf")
-    catalogue._refresh = lambda *_: None
+    catalogue._refresh = lambda *_: None  # type: ignore[method-assign]
     for number, row in enumerate(rows):
         cells = {name: cell(value) for name, value in row.items()}
         keep(connection, [Note(f"{number}.h5", Known("0 0 0 0", settled=True, sha256=""), cells=cells)])
@@ -73,7 +74,7 @@ def test_sqlite_sorts_as_python_does(rows, sort):
     wanted = [run.id for run in in_order(unordered, sort)]
     assert [run.id for run in catalogue.runs(sort=sort)] == wanted
     for start in range(len(rows)):
-        part = catalogue.listed(sort=sort, start=start, most=2)
+        part = catalogue.listed(Asked(sort=sort), start, most=2)
         assert (part.total, [run.id for run in part.runs]) == (len(rows), wanted[start : start + 2])
 
 
@@ -81,9 +82,45 @@ def test_sqlite_sorts_as_python_does(rows, sort):
 def test_a_part_of_a_selection_states_how_many_there_are(rows):
     catalogue = filled(Path("nowhere"), rows)
     known = catalogue.runs("material!=none", "-k_d")
-    part = catalogue.listed("material!=none", "-k_d", most=1)
+    part = catalogue.listed(Asked("material!=none", "-k_d"), most=1)
     assert part.total == len(known) == sum(row["material"] is not None for row in rows)
     assert [run.id for run in part.runs] == [run.id for run in known[:1]]
+
+
+def test_words_are_searched_for_in_what_is_shown():
+    rows = [
+        {"id": "r1", "material": "Si3N4\nWC-Co", "started": "2006-03-01T09:30:00", "k_d": 2e-14},
+        {"id": "r2", "material": "DLC", "steps": "drift_correction"},
+    ]
+    catalogue = filled(Path("nowhere"), rows)
+    searched = "id,material,started,k_d,steps"
+    for words, found in {
+        "": ["r1", "r2"],
+        "wc-co SI3": ["r1"],
+        "/": ["r1"],
+        "09:30 2e-14": ["r1"],
+        "drift": ["r2"],
+        "dlc r1": [],
+    }.items():
+        assert [run.id for run in catalogue.listed(Asked(search=words, searched=searched)).runs] == found
+    assert catalogue.listed(Asked("k_d=none", search="r", searched="id"), most=0).total == 1
+    with pytest.raises(QueryError, match="'lod' among the columns"):
+        catalogue.listed(Asked(searched="lod"))
+
+
+def test_values_are_those_that_runs_have():
+    rows = [
+        {"id": "r10", "material": "Si3N4\nWC-Co", "started": "2006-03-01T09:30:00", "k_d": 2e-14},
+        {"id": "r9", "material": "Si3N4\nsteel", "started": "2006-03-01T13:10:00", "steps": "drift_correction"},
+    ]
+    catalogue = filled(Path("nowhere"), rows)
+    assert catalogue.values("material") == ["Si3N4", "WC-Co", "steel"]
+    assert catalogue.values("material", "S") == ["Si3N4", "steel"]
+    assert catalogue.values("id") == ["r9", "r10"]
+    assert catalogue.values("id", most=1) == ["r9"]
+    assert catalogue.values("started") == ["2006-03-01"]
+    assert catalogue.values("step") == ["drift"]
+    assert catalogue.values("k_d") == []
 
 
 def test_every_column_is_in_its_own_place():

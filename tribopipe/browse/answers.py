@@ -12,6 +12,7 @@ import numpy as np
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, texts_of
+from tribopipe.archive.catalog.selection import Asked
 from tribopipe.archive.run_files import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
@@ -96,14 +97,14 @@ def _drawn(values: Column, unit: Unit) -> Any:
 Cell = str | tuple[float, str] | tuple[float, str, float] | None
 
 
-def archive_answer(archive: Archive, catalogue: Catalogue) -> dict[str, Any]:
+def archive_answer(archive: Archive, catalogue: Catalogue, revision: str) -> dict[str, Any]:
     """Answer what archive this is, its columns, and which files cannot be read."""
     unreadable = catalogue.unreadable
     return {
         "name": archive.folder.resolve().name,
         "folder": str(archive.folder.resolve()),
         "version": VERSION,
-        "revision": catalogue.revision,
+        "revision": revision,
         "runs": catalogue.count,
         "studies": len(archive.study_ids()),
         "columns": [_column(column) for column in COLUMNS.values()],
@@ -119,19 +120,24 @@ def _column(column: ListedColumn) -> dict[str, Any]:
     return answer
 
 
-def runs_answer(catalogue: Catalogue, where: str) -> dict[str, Any]:
-    """Answer all columns of the runs that were asked for. Raises ``QueryError`` where that cannot be understood."""
-    revision, runs = catalogue.revision, catalogue.runs(where)
+def runs_answer(catalogue: Catalogue, revision: str, asked: Asked, start: int, most: int | None) -> dict[str, Any]:
+    """Answer all columns of runs that were asked for, and how many there are.
+
+    A part of them has no common powers of ten, since another part may need others. Raises ``QueryError`` where what is
+    asked cannot be understood.
+    """
+    total, runs = catalogue.listed(asked, start, most)
     cells = {name: _cells(runs, column) for name, column in COLUMNS.items()}
     return {
         "revision": revision,
+        "total": total,
         "ids": [run.id for run in runs],
         "columns": list(COLUMNS),
         "rows": list(zip(*cells.values(), strict=True)),
         "aligned": {
             name: _aligned(cells[name], column)
             for name, column in COLUMNS.items()
-            if any(isinstance(cell, tuple) and "×10" in cell[1] for cell in cells[name])
+            if len(runs) == total and any(isinstance(cell, tuple) and "×10" in cell[1] for cell in cells[name])
         },
     }
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from threading import Lock
 
 from tribopipe.archive.catalog.catalog import Catalogue
+from tribopipe.archive.catalog.selection import Asked
 from tribopipe.archive.run_files import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
@@ -15,6 +16,9 @@ from tribopipe.browse.guard import inside
 from tribopipe.browse.responses import encoded
 from tribopipe.views.page import StudyPage
 from tribopipe.views.study_page import study_page
+
+FIRST_ROWS = 500
+"""Runs that the table asks for first, as ui/src/table/windows.ts has it."""
 
 
 class Library:
@@ -50,13 +54,16 @@ class Library:
 
     def about(self) -> bytes:
         """Return what archive this is as JSON."""
-        key = ("archive", self.revision())
-        return self._kept.get(key, lambda: encoded(archive_answer(self.archive, self.catalogue)))
+        revision = self.revision()
+        return self._kept.get(
+            ("archive", revision), lambda: encoded(archive_answer(self.archive, self.catalogue, revision))
+        )
 
-    def runs(self, where: str) -> bytes:
-        """Return the list of runs as JSON. Raises ``QueryError`` where ``where`` cannot be understood."""
-        key = ("runs", self.revision(), where)
-        return self._kept.get(key, lambda: encoded(runs_answer(self.catalogue, where)))
+    def runs(self, asked: Asked, start: int = 0, most: int | None = None) -> bytes:
+        """Return a list of runs as JSON. Raises ``QueryError`` where what is asked cannot be understood."""
+        revision = self.revision()
+        key = ("runs", revision, *asked, start, most)
+        return self._kept.get(key, lambda: encoded(runs_answer(self.catalogue, revision, asked, start, most)))
 
     def studies(self) -> bytes:
         """Return the list of studies as JSON; those that cannot be read are left out."""

@@ -11,6 +11,7 @@ from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
+from tribopipe.archive.catalog.selection import Asked
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.base.errors import TribopipeError
 from tribopipe.browse.answers import plot_answer, run_answer, sparkline_answer, study_answer
@@ -29,6 +30,7 @@ from tribopipe.views.study_page import study_page
 _MOST_COMPARED = 50
 _REPORTS_AT_ONCE = 2
 """Each keeps a processor busy for seconds."""
+_MOST_RUNS = 100_000_000
 _HDF5 = "application/x-hdf5"
 
 
@@ -44,7 +46,7 @@ def _window(
 
 
 Looked = Annotated[Window, Depends(_window)]
-Where = Annotated[str, Query(max_length=2000)]
+Words = Annotated[str, Query(max_length=2000)]
 
 
 def api_router(library: Library) -> APIRouter:
@@ -69,11 +71,23 @@ def _add_lists(router: APIRouter, library: Library) -> None:
         return JsonAnswer({"revision": library.revision()})
 
     @router.get("/runs")
-    def runs(where: Where = "") -> Response:
-        return JsonAnswer(library.runs(where))
+    def runs(
+        where: Words = "",
+        sort: Words = "id",
+        search: Words = "",
+        columns: Words = "id",
+        start: Annotated[int, Query(ge=0, le=_MOST_RUNS)] = 0,
+        most: Annotated[int | None, Query(ge=1, le=_MOST_RUNS)] = None,
+    ) -> Response:
+        return JsonAnswer(library.runs(Asked(where, sort, search, columns), start, most))
+
+    @router.get("/values/{column}")
+    def values(column: str, begins: Words = "") -> Response:
+        library.revision()
+        return JsonAnswer(library.catalogue.values(column, begins))
 
     @router.get("/runs.csv")
-    def runs_as_csv(where: Where = "") -> Response:
+    def runs_as_csv(where: Words = "") -> Response:
         library.revision()
         return download([runs_csv(library.catalogue.runs(where))], "runs.csv", CSV)
 

@@ -20,11 +20,12 @@ from threading import enumerate as enumerate_threads
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
+from tribopipe.archive.catalog.selection import Asked
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import show
 from tribopipe.browse.app import create_app
 from tribopipe.browse.guard import Key
-from tribopipe.browse.library import Library
+from tribopipe.browse.library import FIRST_ROWS, Library
 
 _REQUEST_WITHIN = 10.0
 """How long a client may take to state what it wants, s."""
@@ -185,7 +186,7 @@ def _ready(archive: Path, key: Key) -> Iterator[uvicorn.Server]:
 def _get_ready(library: Library) -> None:
     """Read while the browser opens what is asked for first: the table of all runs, and the units of measurement."""
     show(1.0, None, "m", "um")
-    library.runs("")
+    library.runs(Asked(), most=FIRST_ROWS)
 
 
 def listening(port: int) -> socket.socket:

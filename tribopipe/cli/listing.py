@@ -176,6 +176,7 @@ def ls(
     On a terminal, only the columns that fit and the first 20 rows are shown.
     """
     from tribopipe.archive.catalog.listing import columns_named
+    from tribopipe.archive.catalog.selection import Asked
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)
@@ -183,7 +184,7 @@ def ls(
     chosen = None if columns is None else columns_named(columns)
     catalogue = up_to_date(archive)
     complete = as_json or everything or line_width() is None
-    total, runs = catalogue.listed(where, sort, most=None if complete else _ROWS)
+    total, runs = catalogue.listed(Asked(where, sort), most=None if complete else _ROWS)
     if as_json:
         print_json({"runs": [_document(run) for run in runs]})
     elif runs or not catalogue.unreadable:

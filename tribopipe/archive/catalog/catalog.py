@@ -15,13 +15,13 @@ from threading import RLock
 from typing import NamedTuple, TypeVar
 
 from tribopipe.archive.catalog.database import NOTED, Database, Work, are_intact, snapshot, sum_of
-from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, sort_key
-from tribopipe.archive.catalog.query import parse_where
+from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, column_named, sort_key, texts_in
 from tribopipe.archive.catalog.recent_checks import Check, CheckNote
-from tribopipe.archive.catalog.selection import Selection, selection
+from tribopipe.archive.catalog.selection import Asked, Selection, selection
 from tribopipe.archive.file_signature import STUDIES, Stamp, folders_stamp, stamps
 from tribopipe.archive.remote import RemotePath, stamps_of
 from tribopipe.base.errors import NotInstalledError, TribopipeError
+from tribopipe.base.files import natural_key
 
 T = TypeVar("T")
 
@@ -236,29 +236,44 @@ class Catalogue:
     @property
     def count(self) -> int:
         """Number of runs that can be read."""
-        return self.listed(most=0).total
+        return self.listed(Asked(), most=0).total
 
     def runs(self, where: str = "", sort: str = "id") -> list[ListedRun]:
         """Return the runs that match a query, sorted by columns such as "material,-k_d".
 
         Raises ``QueryError`` where query or order cannot be understood.
         """
-        return self.listed(where, sort).runs
+        return self.listed(Asked(where, sort)).runs
 
-    def listed(self, where: str = "", sort: str = "id", start: int = 0, most: int | None = None) -> Listed:
+    def listed(self, asked: Asked, start: int = 0, most: int | None = None) -> Listed:
         """Return some of the runs that match a query, and how many match.
+
+        Raises ``QueryError`` where the query cannot be understood.
 
         Parameters
         ----------
-        where, sort
-            As of ``runs``.
+        asked
+            Which runs, and in what order.
         start
             How many runs are left out at the beginning.
         most
             How many are returned at most; all without it.
         """
-        query = selection(parse_where(where), sort)
+        query = selection(asked)
         return self._asked(lambda connection: _listed(connection, query, start, most))
+
+    def values(self, name: str, begins: str = "", most: int = 50) -> list[str]:
+        """Return texts, or days, that runs have in a column and that begin with something, in any case.
+
+        Raises ``QueryError`` where there is no such column.
+        """
+        column = column_named(name)
+        if column.kind == "number":
+            return []
+        question = f'SELECT DISTINCT "{column.name}" FROM listed'  # noqa: S608, of a name of a column
+        rows = self._asked(lambda connection: connection.execute(question).fetchall())
+        known = {text for (held,) in rows for text in texts_in(column, held)}
+        return sorted((text for text in known if text.lower().startswith(begins.lower())), key=natural_key)[:most]
 
     def _asked(self, work: Work[T]) -> T:
         with self._lock:

@@ -13,7 +13,7 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from tribopipe.archive.catalog.listing import COLUMNS, sort_key, steps_in_words
+from tribopipe.archive.catalog.listing import COLUMNS, has_words, sort_key, steps_in_words
 from tribopipe.archive.catalog.query import holds, matches
 from tribopipe.archive.catalog.recent_checks import Check, CheckNote
 from tribopipe.archive.file_signature import stamp_of
@@ -256,6 +256,7 @@ def _connected(name: str, patience: float, *, uri: bool = False) -> sqlite3.Conn
     connection.create_function("matches", 2, matches, deterministic=True)
     connection.create_function("holds", 2, holds, deterministic=True)
     connection.create_function("steps_in_words", 1, steps_in_words, deterministic=True)
+    connection.create_function("has_words", -1, has_words, deterministic=True)
     connection.create_function("sort_key", 2, sort_key, deterministic=True)
     connection.execute("PRAGMA foreign_keys = ON")
     return connection

@@ -321,6 +321,14 @@ class ListedRun:
         return found
 
 
+def texts_in(column: ListedColumn, held: str | None) -> list[str]:
+    """Return each text that a run has in a column, in the words of a list; the day of a date."""
+    if column.kind == "date":
+        return [held[:10]] if held else []
+    shown = steps_in_words(held) if column.name == "steps" else held
+    return shown.split(ITEM) if shown else []
+
+
 def texts_of(runs: Iterable[ListedRun], column: ListedColumn) -> list[str]:
     """Return what is shown of several runs in one column, sooner than run by run."""
     shown = _shown_text(column)
@@ -373,6 +381,20 @@ def ordered_by(sort: str) -> list[tuple[ListedColumn, bool]]:
     columns = [(column_named(name.removeprefix("-"), " to sort by"), name.startswith("-")) for name in names]
     by_id = (COLUMNS["id"], False)
     return [by_id] if columns[0] == by_id else [*columns, by_id]
+
+
+def has_words(words: str, names: str, *held: str | None) -> bool:
+    """Return whether each of some words is in what is shown of a run in some columns, in any case.
+
+    Names of columns are separated by commas; of a number, ``held`` is the text that is shown.
+    """
+    columns = [COLUMNS[name] for name in names.split(",")]
+    texts = (
+        (text or "") if column.kind == "number" else _shown_as(column)(text)
+        for column, text in zip(columns, held, strict=True)
+    )
+    row = ITEM.join(texts).lower()
+    return all(word in row for word in words.lower().split())
 
 
 @lru_cache(maxsize=4096)

@@ -189,6 +189,17 @@ def where_clause(terms: Sequence[Term]) -> tuple[str, list[float | str]]:
     return " AND ".join(conditions), values
 
 
+def words_clause(words: str, columns: Sequence[ListedColumn]) -> tuple[str, list[float | str]]:
+    """Write words that are searched for in what is shown in some columns as a condition, with the values bound in it.
+
+    The function ``has_words`` of the database is asked.
+    """
+    if not words.strip():
+        return "1", []
+    held = ", ".join(f'"{column.name}_shown"' if column.kind == "number" else f'"{column.name}"' for column in columns)
+    return f"has_words(?, ?, {held})", [words, ",".join(column.name for column in columns)]
+
+
 def _is_asked_of_python(term: Term) -> bool:
     return isinstance(term.value, str) and (term.column.kind == "text" or term.operator == "~")
 

@@ -3,8 +3,21 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tribopipe.archive.catalog.listing import ListedColumn, ordered_by
-from tribopipe.archive.catalog.query import Term, where_clause
+from tribopipe.archive.catalog.listing import ListedColumn, columns_named, ordered_by
+from tribopipe.archive.catalog.query import parse_where, where_clause, words_clause
+
+
+class Asked(NamedTuple):
+    """Which runs are asked for, and in what order."""
+
+    where: str = ""
+    """Conditions, as of ``tribopipe ls --where``."""
+    sort: str = "id"
+    """Columns to sort by, such as "material,-k_d"."""
+    search: str = ""
+    """Words that must all be in what is shown of a run."""
+    searched: str = "id"
+    """Columns in which they are searched for, such as "id,material"."""
 
 
 class Selection(NamedTuple):
@@ -18,13 +31,16 @@ class Selection(NamedTuple):
     """Values of the condition, which both questions begin with."""
 
 
-def selection(terms: Sequence[Term], sort: str) -> Selection:
-    """Return the questions for some terms and an order. Raises ``QueryError`` where there is no column of a name."""
-    condition, values = where_clause(terms)
+def selection(asked: Asked) -> Selection:
+    """Return the questions for what is asked. Raises ``QueryError`` where that cannot be understood."""
+    terms = parse_where(asked.where)
+    stated, values = where_clause(terms)
+    has_words, words = words_clause(asked.search, columns_named(asked.searched))
+    condition, values = f"{stated} AND {has_words}", [*values, *words]
     # With a condition, the narrow index is read and the few matches are sorted; the sign keeps SQLite from reading the
     # whole table in the order of the other index.
-    by_id = "+id_key" if terms else "id_key"
-    order = ", ".join(_in_order(column, by_id, descending=descending) for column, descending in ordered_by(sort))
+    by_id = "+id_key" if terms or words else "id_key"
+    order = ", ".join(_in_order(column, by_id, descending=descending) for column, descending in ordered_by(asked.sort))
     return Selection(
         f"SELECT place FROM listed WHERE {condition} ORDER BY {order}, place LIMIT ? OFFSET ?",  # noqa: S608
         f"SELECT count(*) FROM listed WHERE {condition}",  # noqa: S608, of names of columns alone
