@@ -131,6 +131,7 @@ def runs_answer(catalogue: Catalogue, revision: str, asked: Asked, start: int, m
     return {
         "revision": revision,
         "total": total,
+        "start": start,
         "ids": [run.id for run in runs],
         "columns": list(COLUMNS),
         "rows": list(zip(*cells.values(), strict=True)),

@@ -18,7 +18,7 @@ from tribopipe.views.page import StudyPage
 from tribopipe.views.study_page import study_page
 
 FIRST_ROWS = 500
-"""Runs that the table asks for first, as ui/src/table/windows.ts has it."""
+"""Runs that the table asks for first, as ui/src/table/parts.ts has it."""
 
 
 class Library:

@@ -49,11 +49,15 @@ export type Cell = string | [number, string] | [number, string, number] | null;
 
 export interface Runs {
   revision: string;
+  /** How many runs match; the rows may be a part of them. */
+  total: number;
+  /** How many of them come before the first row. */
+  start: number;
   /** Ids, in the order of the rows. */
   ids: string[];
   columns: string[];
   rows: Cell[][];
-  /** Columns of numbers that need a power of ten: their unit with one power for all, and their texts under it. */
+  /** Where all runs are here: columns of numbers that need a power of ten: their unit with one power for all, and their texts under it. */
   aligned: Record<string, { unit: string; texts: string[] }>;
 }
 

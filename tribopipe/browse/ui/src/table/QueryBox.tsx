@@ -1,10 +1,9 @@
-import { useMemo, useState, type FormEvent } from "react";
+import { useState, type FormEvent } from "react";
 
-import type { ApiError, Column, Runs } from "../api";
+import type { ApiError, Column } from "../api";
 import { setQuery } from "../shell/router";
 import { useAnswer } from "../shell/useAnswer";
-import { completions } from "./completions";
-import { rowsOf } from "./listing";
+import { begunValue, completions } from "./completions";
 
 interface Props {
   columns: Column[];
@@ -18,8 +17,8 @@ export function QueryBox({ columns, where, error }: Props) {
   const [text, setText] = useState(where);
   const [before, setBefore] = useState(where);
   const [typing, setTyping] = useState(false);
-  const { answer: all } = useAnswer<Runs>(typing ? "runs" : null, { where: "" });
-  const rows = useMemo(() => (all ? rowsOf(all) : []), [all]);
+  const begun = typing ? begunValue(text, columns) : null;
+  const { answer: values } = useAnswer<string[]>(begun && `values/${begun.column.name}`, { begins: begun?.begins ?? "" });
   if (where !== before) {
     setBefore(where);
     setText(where);
@@ -48,7 +47,7 @@ export function QueryBox({ columns, where, error }: Props) {
         onChange={(event) => setText(event.target.value)}
       />
       <datalist id="completions">
-        {completions(text, columns, rows).map(({ value, label }) => (
+        {completions(text, columns, values ?? []).map(({ value, label }) => (
           <option key={value} value={value}>
             {label}
           </option>

@@ -2,7 +2,7 @@ import "./table.css";
 
 import { useCallback, useMemo } from "react";
 
-import type { ApiError, Archive, Runs } from "../api";
+import type { ApiError, Archive, Column, Runs } from "../api";
 import { Failure } from "../components/Failure";
 import { Loading } from "../components/Loading";
 import { useArchive } from "../shell/archive";
@@ -11,13 +11,14 @@ import { useAnswer } from "../shell/useAnswer";
 import { useDraft } from "../shell/useDraft";
 import { useTitle } from "../shell/useTitle";
 import { ColumnMenu } from "./ColumnMenu";
-import { chosenColumns, headed, matching, rowsOf, sorted, sortOf, sortText } from "./listing";
+import { chosenColumns, headed, matching, rowsOf, sorted, sortOf, sortText, type Row } from "./listing";
 import { NoRuns } from "./NoRuns";
 import { QueryBox } from "./QueryBox";
 import { RunsTable } from "./RunsTable";
 import { SearchBox } from "./SearchBox";
 import { Selection } from "./Selection";
 import { Unreadable } from "./Unreadable";
+import { partOf, useParts } from "./parts";
 
 /** All runs of the archive in one table. */
 export function RunsPage() {
@@ -25,7 +26,7 @@ export function RunsPage() {
   const { query } = useAddress();
   const { answer: archive, error } = useArchive();
   const where = query.get("where") ?? "";
-  const runs = useAnswer<Runs>("runs", { where });
+  const runs = useAnswer<Runs>("runs", partOf({ where }, 0));
   const [search, setSearch] = useDraft(query.get("q") ?? "", (q) => setQuery({ q }, { replace: true }));
 
   if (archive === null) return error ? <FailedPage error={error} /> : <Loading what="the archive" />;
@@ -54,6 +55,7 @@ const FailedPage = ({ error }: { error: ApiError }) => (
 
 interface Props {
   archive: Archive;
+  /** The first runs that the filter leaves, or all of them. */
   runs: Runs;
   search: string;
   stale: boolean;
@@ -61,15 +63,66 @@ interface Props {
   failed: boolean;
 }
 
-/** What the filter and the search leave, as the address asks for it. */
-function Listing({ archive, runs, search, stale, failed }: Props) {
+/** What the filter leaves: the server searches and sorts it where it is too much for the browser. */
+function Listing(props: Props) {
+  return props.runs.total > props.runs.ids.length ? <InParts {...props} /> : <Whole {...props} />;
+}
+
+/** All runs that the filter leaves are here. */
+function Whole({ runs, search, ...props }: Props) {
+  const { all, columns, sort } = useChosen(props.archive, runs);
+  const headings = useMemo(() => headed(columns, runs), [columns, runs]);
+  const rows = useMemo(() => sorted(matching(all, columns, search), sort), [all, columns, search, sort]);
+  const rowAt = useCallback((place: number) => rows[place], [rows]);
+  return <Results {...props} all={all} columns={headings} count={rows.length} rowAt={rowAt} />;
+}
+
+/** The runs in sight are asked for. */
+function InParts({ runs, ...props }: Props) {
+  const { query } = useAddress();
+  const search = (query.get("q") ?? "").trim();
+  const { all, columns, sort } = useChosen(props.archive, runs);
+  const searched = search && ["id", ...columns.map(({ name }) => name)].join(",");
+  const order = sort.column === "id" && !sort.descending ? "" : sortText(sort);
+  const parts = useParts({ where: query.get("where") ?? "", sort: order, search, columns: searched });
+  return (
+    <Results
+      {...props}
+      all={all}
+      columns={columns}
+      count={parts.total ?? runs.total}
+      rowAt={parts.rowAt}
+      stale={props.stale || parts.stale}
+      onSight={parts.onSight}
+    />
+  );
+}
+
+/** Rows of an answer, and what the address asks for. */
+function useChosen(archive: Archive, runs: Runs) {
   const { query } = useAddress();
   const all = useMemo(() => rowsOf(runs), [runs]);
   const named = query.get("columns");
   const columns = useMemo(() => chosenColumns(archive.columns, named, all), [archive.columns, named, all]);
-  const headings = useMemo(() => headed(columns, runs), [columns, runs]);
   const sort = useMemo(() => sortOf(query.get("sort")), [query]);
-  const rows = useMemo(() => sorted(matching(all, columns, search), sort), [all, columns, search, sort]);
+  return { all, columns, sort };
+}
+
+interface ResultsProps {
+  archive: Archive;
+  all: Row[];
+  columns: Column[];
+  count: number;
+  rowAt(place: number): Row | undefined;
+  stale: boolean;
+  failed: boolean;
+  onSight?(first: number, last: number): void;
+}
+
+/** The table, and what can be done with it. */
+function Results({ archive, all, columns, count, rowAt, stale, failed, onSight }: ResultsProps) {
+  const { query } = useAddress();
+  const sort = useMemo(() => sortOf(query.get("sort")), [query]);
   const selected = useMemo(() => listed(query.get("selected")), [query]);
   const toggle = useCallback((id: string) => {
     const next = listed(new URLSearchParams(location.search).get("selected"));
@@ -81,7 +134,7 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
     <>
       <div className="runs-tools">
         <p className="count" role="status">
-          <strong>{rows.length}</strong> of {archive.runs} {archive.runs === 1 ? "run" : "runs"}
+          <strong>{count}</strong> of {archive.runs} {archive.runs === 1 ? "run" : "runs"}
           {failed && " (previous result)"}
         </p>
         {archive.runs > 0 && <Selection ids={[...selected]} />}
@@ -93,18 +146,20 @@ function Listing({ archive, runs, search, stale, failed }: Props) {
           Download CSV
         </a>
       </div>
-      {rows.length === 0 ? (
+      {count === 0 ? (
         <NoRuns archive={archive} />
       ) : (
         <RunsTable
-          columns={headings}
+          columns={columns}
           all={all}
-          rows={rows}
+          count={count}
+          rowAt={rowAt}
           sort={sort}
           stale={stale}
           selected={selected}
           onSort={(next) => setQuery({ sort: sortText(next) }, { replace: true })}
           onSelect={toggle}
+          {...(onSight && { onSight })}
         />
       )}
     </>

@@ -1,6 +1,4 @@
 import type { Column } from "../api";
-import { textOf } from "./cells";
-import type { Row } from "./listing";
 
 export interface Completion {
   /** The whole filter, completed. */
@@ -14,15 +12,30 @@ const TERM = /(?:^|\s)(?<name>[a-z]\w*)(?<operator>!=|[=~])(?<begun>[^=~<>!]*)$/
 /** What must be quoted, as it looks like another term. */
 const UNCLEAR = /["'=~<>!]/;
 
-/** The filter with its last word completed: to the name of a column, or to a value that some run has. */
-export function completions(text: string, columns: Column[], rows: Row[]): Completion[] {
+/** A value that is being typed. */
+export interface BegunValue {
+  column: Column;
+  /** As it stands in the filter. */
+  written: string;
+  /** Without the quotation mark. */
+  begins: string;
+}
+
+/** The value with which a filter ends; null where it ends with something else. */
+export function begunValue(text: string, columns: Column[]): BegunValue | null {
   const { name = "", begun = "" } = TERM.exec(text)?.groups ?? {};
   const column = columns.find((one) => one.name === name.toLowerCase());
-  if (column === undefined) return names(text, columns);
-  const typed = begun.replace(/^"/, "").toLowerCase();
-  const ahead = text.slice(0, text.length - begun.length);
-  return values(column, rows)
-    .filter((value) => value.toLowerCase().startsWith(typed) && value !== begun)
+  return column === undefined ? null : { column, written: begun, begins: begun.replace(/^"/, "") };
+}
+
+/** The filter with its last word completed: to the name of a column, or to one of the values that runs have in it. */
+export function completions(text: string, columns: Column[], values: string[]): Completion[] {
+  const begun = begunValue(text, columns);
+  if (begun === null) return names(text, columns);
+  const { column, begins } = begun;
+  const ahead = text.slice(0, text.length - begun.written.length);
+  return values
+    .filter((value) => value.toLowerCase().startsWith(begins.toLowerCase()) && value !== begun.written)
     .slice(0, OFFERED)
     .map((value) => ({ value: ahead + written(value), label: column.label }));
 }
@@ -34,15 +47,5 @@ function names(text: string, columns: Column[]): Completion[] {
     .filter(({ name }) => name.startsWith(begun) && name !== begun)
     .map(({ name, label, unit }) => ({ value: ahead + name, label: unit ? `${label}, ${unit}` : label }));
 }
-
-/** Texts of the runs in a column, and days of its dates; numbers are not completed. */
-function values({ name, kind, joint }: Column, rows: Row[]): string[] {
-  if (kind === "number") return [];
-  const texts = rows.map((row) => textOf(row.cell(name)));
-  const parts = kind === "date" ? texts.map((date) => date.slice(0, 10)) : texts.flatMap((one) => split(one, joint));
-  return [...new Set(parts)].filter(Boolean).toSorted((a, b) => a.localeCompare(b, "en", { numeric: true }));
-}
-
-const split = (text: string, joint: string | null | undefined): string[] => (joint ? text.split(joint) : [text]);
 
 const written = (value: string): string => (UNCLEAR.test(value) ? `"${value.replaceAll('"', '""')}"` : value);

@@ -6,6 +6,8 @@ import { chosenColumns, headed, matching, rowsOf, sorted, sortOf, sortText } fro
 
 const runsOf = (columns: string[], rows: Record<string, Cell[]>): Runs => ({
   revision: "1",
+  total: Object.keys(rows).length,
+  start: 0,
   ids: Object.keys(rows),
   columns,
   rows: Object.values(rows),
