@@ -104,6 +104,25 @@ def test_the_list_has_every_column_of_every_run(reader):
     assert "load" not in runs["aligned"]
 
 
+def test_a_part_of_the_list_is_searched_and_sorted_by_the_server(archive, client):
+    for name in ("a2", "a10"):
+        shutil.copy(archive / f"{RUN}.h5", archive / f"{name}.h5")
+    part = client.get("api", "runs", sort="-id", start=1, most=1).json
+    assert (part["total"], part["start"], part["ids"], part["aligned"]) == (3, 1, ["a10"], {})
+    whole = client.get("api", "runs", most=3).json
+    assert (whole["total"], whole["start"], whole["ids"]) == (3, 0, ["a2", "a10", RUN])
+    assert "k_d" in whole["aligned"]
+    found = client.get("api", "runs", search="A1 200.0", columns="id,load", most=2).json
+    assert (found["total"], found["ids"]) == (1, ["a10"])
+    for asked in ({"sort": "lod"}, {"search": "x", "columns": "lod"}):
+        assert "did you mean 'load'?" in client.get("api", "runs", **asked).error
+    assert client.get("api", "runs", most=0).status == 400
+    assert client.get("api", "values", "material").json == ["Si3N4"]
+    assert client.get("api", "values", "id", begins="A").json == ["a2", "a10"]
+    assert client.get("api", "values", "load").json == []
+    assert client.get("api", "values", "lod").status == 400
+
+
 def test_a_choice_of_runs_is_made_by_the_server(reader):
     assert reader.get("api", "runs", where="load>100mN").json["ids"] == [RUN]
     assert reader.get("api", "runs", where="load>1N").json["ids"] == []
