@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from catalogue import COMMAND
@@ -86,7 +87,7 @@ def main() -> int:
                 command_time("ls", "--archive", str(folder))
                 time.sleep(_SETTLED)
             ls = ["ls", "--archive", str(folder), "--where", where]
-            query, table = least(lambda ls=ls: command_time(*ls)), least(lambda folder=folder: answer_time(folder))
+            query, table = least(partial(command_time, *ls)), least(partial(answer_time, folder))
             both = [added(folder, run) for _ in range(REPEATS)]
             rows[size] = [query, table, min(one for one, _ in both), min(one for _, one in both)]
     small, medium, large = (rows[size] for size in options.sizes)
