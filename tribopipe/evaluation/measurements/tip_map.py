@@ -24,31 +24,31 @@ from tribopipe.evaluation.measurements.profile_levelling import Mask
 from tribopipe.physics.geometry import cap_height
 from tribopipe.results.run import Profile
 
-_FRAME = 0.2
+FRAME = 0.2
 """Share of the greatest distance from the edge of the map within which the surface is first taken to be unworn."""
 _ROUNDS, _STEPS, _CONVERGED = 15, 10, 1e-9
-_SMOOTHED = 3
+SMOOTHED = 3
 """Cells along either side over which heights are averaged where the scar is looked for."""
-_EDGE, _STANDS_OUT, _NO_NOISE = 2.0, 4.0, 8.0
+EDGE, STANDS_OUT, NO_NOISE = 2.0, 4.0, 8.0
 """Standard deviations of the noise: where the scar ends; what is not unworn; what is no noise in any cell."""
-_IN_FORM = 0.02
+IN_FORM = 0.02
 """Share of the depth within which a surface may be unworn."""
-_MARGIN = 0.06
+MARGIN = 0.06
 """Share of the scar's radius by which it is taken wider than where it is seen to end."""
-_SPIKE, _SPIKE_WIDTH = 0.1, 5
+SPIKE, SPIKE_WIDTH = 0.1, 5
 """Share of the depth, and cells of the median, by which a spike stands out of its neighborhood."""
-_FEWEST_UNWORN = 0.1
+FEWEST_UNWORN = 0.1
 """Share of the map that has to be unworn."""
-_FEWEST_ACROSS = 8
+FEWEST_ACROSS = 8
 """Scan lines, and columns of cells, that have to lead through a scar."""
-_MOST_MISSING = 0.25
+MOST_MISSING = 0.25
 """Share of the scar that may be missing."""
 _CERTAIN = 5.0
 """Standard uncertainties by which a volume must exceed zero."""
 _CLEAR, _WRONG = 3.0, 0.25
 """Standard uncertainties of their difference by which the radius of the unworn surface contradicts that stated; and the
 relative difference that is no error of scale."""
-_MAD = 1.4826
+MAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
 
@@ -168,18 +168,18 @@ class _Scar:
     @property
     def margin(self) -> int:
         """Cells by which the scar is taken wider than it is seen to be."""
-        return max(2, math.ceil(_MARGIN * math.sqrt(np.count_nonzero(self.worn) / math.pi)))
+        return max(2, math.ceil(MARGIN * math.sqrt(np.count_nonzero(self.worn) / math.pi)))
 
     @property
     def depth(self) -> float:
         """Greatest depth, m, of what is wider than a spike."""
         from scipy.ndimage import median_filter
 
-        return float(np.max(median_filter(self.lost, _SPIKE_WIDTH)[self.worn]))
+        return float(np.max(median_filter(self.lost, SPIKE_WIDTH)[self.worn]))
 
     def widened(self, cells: int) -> Mask:
         """Return the scar with so many cells around it, but no pile-up."""
-        return _dilated(self.worn, cells) & ~self.piled_up
+        return dilated(self.worn, cells) & ~self.piled_up
 
     @property
     def solver(self) -> Column:
@@ -187,7 +187,8 @@ class _Scar:
         return np.asarray(np.linalg.pinv(self.sphere.gradients(self.grid)[self.unworn][:, :3]))
 
 
-def _dilated(mask: Mask, cells: int) -> Mask:
+def dilated(mask: Mask, cells: int) -> Mask:
+    """Return a part of a map with so many cells around it."""
     from scipy.ndimage import binary_dilation
 
     return np.asarray(binary_dilation(mask, iterations=cells)) if cells else mask
@@ -195,33 +196,33 @@ def _dilated(mask: Mask, cells: int) -> Mask:
 
 def _at_first(grid: HeightMap, radius: float) -> tuple[_Sphere, Mask]:
     """Return the sphere along the edge of the map, and the cells there."""
-    away = _from_edge(grid)
-    frame = grid.measured & (away <= max(1.0, _FRAME * float(np.max(away))))
+    away = from_edge(grid.inside())
+    frame = grid.measured & (away <= max(1.0, FRAME * float(np.max(away))))
     return _robust(grid, frame, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height)))), frame
 
 
-def _from_edge(grid: HeightMap) -> Column:
+def from_edge(inside: Mask) -> Column:
     """Return the distance of each cell from the edge of the map, in cells; 1 at the edge, 0 outside."""
     from scipy.ndimage import distance_transform_edt
 
-    return np.asarray(distance_transform_edt(np.pad(grid.inside(), 1))[1:-1, 1:-1])
+    return np.asarray(distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1])
 
 
 def _find(grid: HeightMap, sphere: _Sphere, unworn: Mask) -> _Scar:
     """Find the unworn sphere and the scar, each by the other, from a first guess on."""
-    away = _from_edge(grid)
+    away = from_edge(grid.inside())
     inside = away > 0
     for _ in range(_ROUNDS):
         scar = _seen(grid, inside, sphere, unworn)
         before, unworn = unworn, scar.unworn
-        if np.count_nonzero(unworn) < _FEWEST_UNWORN * np.count_nonzero(inside):
+        if np.count_nonzero(unworn) < FEWEST_UNWORN * np.count_nonzero(inside):
             _refuse_coarse(scar)
             raise _at_the_edge()
         sphere = _fitted(grid, unworn, sphere)
         if np.array_equal(before, unworn):
             break
     _refuse_coarse(scar)
-    if np.any(_dilated(scar.worn, scar.margin) & (away <= 1)):
+    if np.any(dilated(scar.worn, scar.margin) & (away <= 1)):
         raise _at_the_edge()
     return replace(_seen(grid, inside, sphere, unworn), unworn=unworn)
 
@@ -232,14 +233,15 @@ def _robust(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
     for _ in range(_STEPS):
         gradients = sphere.gradients(grid)[cells]
         left = (grid.height - sphere.height(grid))[cells]
-        steps = _least_squares(gradients * weights[:, None], left * weights)
+        steps = least_squares(gradients * weights[:, None], left * weights)
         sphere = sphere.moved(steps, grid)
         left = np.abs(left - gradients @ steps)
         weights = 1 / np.sqrt(np.maximum(left, 0.1 * float(np.median(left)) + np.finfo(float).tiny))
     return sphere
 
 
-def _least_squares(gradients: Column, left: Column) -> Column:
+def least_squares(gradients: Column, left: Column) -> Column:
+    """Return the steps of parameters that explain what is left, of columns of any scale."""
     scale = np.linalg.norm(gradients, axis=0)
     return np.asarray(np.linalg.lstsq(gradients / scale, left, rcond=None)[0] / scale, dtype=np.float64)
 
@@ -247,7 +249,7 @@ def _least_squares(gradients: Column, left: Column) -> Column:
 def _fitted(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
     for _ in range(_STEPS):
         gradients = sphere.gradients(grid)[cells]
-        steps = _least_squares(gradients, (grid.height - sphere.height(grid))[cells])
+        steps = least_squares(gradients, (grid.height - sphere.height(grid))[cells])
         sphere = sphere.moved(steps, grid)
         if np.max(np.abs(gradients @ steps)) <= _CONVERGED * float(np.ptp(grid.height[cells])):
             break
@@ -260,22 +262,22 @@ def _seen(grid: HeightMap, inside: Mask, sphere: _Sphere, unworn: Mask) -> _Scar
 
     lost, apart = bridged(sphere.height(grid) - grid.height)
     lost = np.where(inside & np.isfinite(lost), lost, 0.0)
-    smooth = uniform_filter(lost, _SMOOTHED)
-    noise = _MAD * float(np.median(np.abs(smooth[unworn])))
+    smooth = uniform_filter(lost, SMOOTHED)
+    noise = MAD * float(np.median(np.abs(smooth[unworn])))
     deepest = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
     depth = float(smooth[deepest])
-    if depth <= _NO_NOISE * noise:
+    if depth <= NO_NOISE * noise:
         raise FitError(
             f"map: found no scar: the deepest point is {show(depth, None, 'm', 'um')} below the sphere; expected a "
             "worn tip; check the radius of the tip, and that heights increase outward from it"
         )
-    parts, _ = label(smooth > max(_EDGE * noise, _IN_FORM / 4 * depth))
+    parts, _ = label(smooth > max(EDGE * noise, IN_FORM / 4 * depth))
     worn = parts == parts[deepest]
-    single = _MAD * float(np.median(np.abs(lost[unworn])))
-    clear = max(_STANDS_OUT * noise, _IN_FORM * depth)
+    single = MAD * float(np.median(np.abs(lost[unworn])))
+    clear = max(STANDS_OUT * noise, IN_FORM * depth)
     scar = _Scar(grid, sphere, unworn, worn, smooth < -clear, lost, apart)
-    level = grid.measured & (np.abs(smooth) <= clear) & (np.abs(lost) <= max(_STANDS_OUT * single, clear))
-    return replace(scar, unworn=level & ~_dilated(worn, 2 * scar.margin))
+    level = grid.measured & (np.abs(smooth) <= clear) & (np.abs(lost) <= max(STANDS_OUT * single, clear))
+    return replace(scar, unworn=level & ~dilated(worn, 2 * scar.margin))
 
 
 def _at_the_edge() -> FitError:
@@ -290,9 +292,9 @@ def _without_spikes(scar: _Scar) -> _Scar:
     from scipy.ndimage import median_filter
 
     grid = scar.grid
-    off = np.abs(scar.lost - median_filter(scar.lost, _SPIKE_WIDTH))
-    spread = _MAD * float(np.median(off[grid.measured]))
-    spikes = grid.measured & (off > max(_NO_NOISE * spread, _SPIKE * scar.depth))
+    off = np.abs(scar.lost - median_filter(scar.lost, SPIKE_WIDTH))
+    spread = MAD * float(np.median(off[grid.measured]))
+    spikes = grid.measured & (off > max(NO_NOISE * spread, SPIKE * scar.depth))
     if not np.any(spikes):
         return scar
     grid = replace(grid, height=np.where(spikes, np.nan, grid.height))
@@ -304,10 +306,10 @@ def _refuse_coarse(scar: _Scar) -> None:
     rows = grid.y[np.any(worn, axis=1)]
     through = int(np.count_nonzero((grid.lines >= rows[0]) & (grid.lines <= rows[-1])))
     columns = int(np.count_nonzero(np.any(worn, axis=0)))
-    if min(through, columns) < _FEWEST_ACROSS:
-        found = f"{through} scan lines" if through < _FEWEST_ACROSS else f"{columns} points of a scan line"
+    if min(through, columns) < FEWEST_ACROSS:
+        found = f"{through} scan lines" if through < FEWEST_ACROSS else f"{columns} points of a scan line"
         raise FitError(
-            f"map: found {found} across the scar; expected at least {_FEWEST_ACROSS}; measure with a smaller distance "
+            f"map: found {found} across the scar; expected at least {FEWEST_ACROSS}; measure with a smaller distance "
             "between points and between scan lines, or export only the line through the middle of the scar"
         )
 
@@ -315,10 +317,10 @@ def _refuse_coarse(scar: _Scar) -> None:
 def _refuse_missing(scar: _Scar) -> None:
     grid, worn = scar.grid, scar.worn
     missing = float(np.sum(grid.area[worn & ~grid.measured]) / np.sum(grid.area[worn]))
-    if missing > _MOST_MISSING:
+    if missing > MOST_MISSING:
         raise FitError(
             f"map: found no height values in {100 * missing:.0f} % of the scar; expected at most "
-            f"{100 * _MOST_MISSING:.0f} %; measure again with more light or a larger aperture, or measure the "
+            f"{100 * MOST_MISSING:.0f} %; measure again with more light or a larger aperture, or measure the "
             "diameter of the scar"
         )
 
@@ -327,17 +329,20 @@ def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
     """Return the volume with its uncertainty. Raises ``FitError`` where it is no larger than that allows."""
     region = scar.widened(scar.margin)
     weights = np.where(region, scar.grid.area, 0.0)
-    missing, roughness = _in_holes(scar), _Roughness.of(scar)
+    missing, roughness = _in_holes(scar), Roughness.of(scar.grid, scar.unworn, scar.lost)
     by_radius = _by_radius(scar, weights)
     seen = Quantity(value=scar.sphere.radius, unit="m", standard_uncertainty=roughness.spread(by_radius.of_heights))
     share = _share_of_stated(radius, seen)
     volume = float(np.sum(weights * (scar.lost + missing)))
     volume += share * by_radius.volume * (radius.value - seen.value)
     ring = scar.widened(2 * scar.margin) & ~scar.worn
-    through = _through_fit(scar, weights) + (1 - share) * by_radius.volume * by_radius.of_heights
+    through = (
+        through_fit(weights, scar.sphere.gradients(scar.grid)[..., :3], scar.unworn)
+        + (1 - share) * by_radius.volume * by_radius.of_heights
+    )
     spread = math.hypot(
         roughness.spread(through),
-        _by_sampling(scar, region),
+        by_sampling(scar.grid, region, scar.lost),
         float(np.sum((scar.grid.area * scar.lost)[ring])) / math.sqrt(3),
         float(np.sum(weights * scar.apart)) / 2,
         float(np.sum(weights * missing)) / math.sqrt(3),
@@ -383,11 +388,14 @@ def _in_holes(scar: _Scar) -> Column:
     return np.where(scar.worn & ~scar.grid.measured & np.isfinite(level), level - scar.lost, 0.0)
 
 
-def _through_fit(scar: _Scar, weights: Column) -> Column:
-    """Return the weights with which the heights of all cells make up a volume, directly and through the fit."""
-    pull = np.tensordot(weights, scar.sphere.gradients(scar.grid)[..., :3], axes=2)
+def through_fit(weights: Column, gradients: Column, unworn: Mask) -> Column:
+    """Return the weights with which the heights of all cells make up a volume, directly and through the fit.
+
+    ``gradients`` are the derivatives of the unworn surface by its parameters, the last axis.
+    """
+    pull = np.tensordot(weights, gradients, axes=2)
     through = -weights
-    through[scar.unworn] += pull @ scar.solver
+    through[unworn] += pull @ np.linalg.pinv(gradients[unworn])
     return through
 
 
@@ -408,37 +416,34 @@ def _by_radius(scar: _Scar, weights: Column) -> _ByRadius:
     return _ByRadius(float(np.sum(weights * alone)), shown / float(np.sum(shown**2)))
 
 
-def _by_sampling(scar: _Scar, region: Mask) -> float:
+def by_sampling(grid: HeightMap, region: Mask, lost: Column) -> float:
     """Return how far the volume may be off because heights are known at some places only, m³.
 
     By maps of every second line and column: of four, which a trapezoidal rule makes four times as wrong.
     """
-    grid = scar.grid
-    share = np.where(region, grid.area * scar.lost, 0.0)
+    share = np.where(region, grid.area * lost, 0.0)
     coarse = [4 * float(np.sum(share[row::2, column::2])) for row in (0, 1) for column in (0, 1)]
     return float(np.std(coarse)) / 3
 
 
 @dataclass(frozen=True)
-class _Roughness:
+class Roughness:
     """Covariance of the heights of the unworn surface, m², by the distance between cells."""
 
     values: Column
     """On a grid twice as large as the map, whose first cell is the variance."""
 
     @classmethod
-    def of(cls, scar: _Scar) -> "_Roughness":
-        """Return the covariance of what the sphere leaves of the unworn cells, up to where it is first none."""
-        kept = scar.unworn.astype(float)
+    def of(cls, grid: HeightMap, unworn: Mask, lost: Column, parameters: int = 4) -> "Roughness":
+        """Return the covariance of what a fitted surface leaves of the unworn cells, up to where it is first none."""
+        kept = unworn.astype(float)
         shape = 2 * kept.shape[0], 2 * kept.shape[1]
         pairs = _correlated(kept, shape)
-        covariance = np.divide(
-            _correlated(kept * scar.lost, shape), pairs, out=np.zeros(shape), where=pairs > _FEWEST_PAIRS
-        )
-        near = _up_to_first_zero(covariance, scar.grid)
+        covariance = np.divide(_correlated(kept * lost, shape), pairs, out=np.zeros(shape), where=pairs > _FEWEST_PAIRS)
+        near = _up_to_first_zero(covariance, grid)
         independent = np.sum(kept) * covariance[0, 0] / max(float(np.sum(covariance[near])), covariance[0, 0])
-        # The fit takes four of the independent deviations.
-        left = max(1 - 4 / independent, 0.5)
+        # The fit takes as many of the independent deviations as it has parameters.
+        left = max(1 - parameters / independent, 0.5)
         return cls(np.where(near, covariance, 0.0) / left)
 
     def spread(self, weights: Column) -> float:
