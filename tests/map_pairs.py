@@ -46,7 +46,7 @@ class MapPair:
     def _fine(self):
         """Roughness before and of the worn surface, on a grid finer than the maps, as functions of the position."""
         rng = np.random.default_rng(1000 + self.seed)
-        reach, count = 1.5 * self.half, 901
+        reach, count = 1.5 * self.half, 451
         places = np.linspace(-reach, reach, count)
         fields = []
         for _ in range(2):
@@ -56,7 +56,7 @@ class MapPair:
 
     def before(self, x, y):
         away = np.hypot(x - 30e-6, y)
-        error = self.form * (np.cos(2.2 * math.pi * away / self.half) + 0.5 * (x**2 - y**2) / self.half**2)
+        error = self.form * (np.cos(1.1 * math.pi * away / self.half) + 0.5 * (x**2 - y**2) / self.half**2)
         height = error + self._fine[0].ev(y, x)
         if self.body == "ball":
             return height + np.sqrt(self.radius**2 - x**2 - y**2) - self.radius
@@ -85,7 +85,7 @@ class MapPair:
     @property
     def volume(self) -> float:
         """Volume lost within half a map length around the middle, by a sum over a grid far finer than the maps."""
-        side = np.linspace(-self.half, self.half, 1601)
+        side = np.linspace(-self.half, self.half, 601)
         x, y = np.meshgrid(side, side)
         return float(np.sum(self.before(x, y) - self.after(x, y))) * (side[1] - side[0]) ** 2
 

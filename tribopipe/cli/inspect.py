@@ -165,14 +165,15 @@ def show_run_profiles(store: "Archive", run_id: str) -> list[dict[str, Any]]:
     from tribopipe.views.profile_figures import save_profile_figures
 
     raw = store.raw(run_id)
-    radii = {key: reference_radius(raw.manifest, key) for key in raw.profiles}
+    profiles = raw.single_profiles
+    radii = {key: reference_radius(raw.manifest, key) for key in profiles}
     found = {
         key: examined(profile, None if (radius := radii[key]) is None else radius.value)
-        for key, profile in raw.profiles.items()
+        for key, profile in profiles.items()
     }
     into = _FIGURES if isinstance(store.folder, RemotePath) else None
-    drawn = save_profile_figures(raw.profiles, found, into or store.folder / FIGURES, run_id)
-    shown = _Shown(raw.profiles, found, drawn)
+    drawn = save_profile_figures(profiles, found, into or store.folder / FIGURES, run_id)
+    shown = _Shown(profiles, found, drawn)
     shown.tell("\nwear track in each profile")
     for path in save_run_figures(store, run_id, into=into):
         print_result(str(path))

@@ -294,6 +294,18 @@ class ProfileSource(Record):
     """Column of the position across the track, if the format does not state it."""
     height: Source | None = None
     """Column of the height, positive out of the specimen, if the format does not state it."""
+    before: FileName | None = None
+    """Height map of the same place before the test, with the same columns; the wear volume is then determined from the
+    difference of the two maps."""
+
+    @model_validator(mode="after")
+    def _before_is_another_file(self) -> Self:
+        if self.before is not None and PureWindowsPath(self.before) == PureWindowsPath(self.file):
+            raise ValueError(
+                f"before: found {self.before!r}, which is also the file of the worn surface; expected the map measured "
+                "before the test; correct the name"
+            )
+        return self
 
 
 def _one_or_several(written: Any) -> Any:
@@ -391,6 +403,23 @@ class EndValues(Record):
                 raise ValueError(
                     f"{disc}_mass_loss: found a mass loss in addition to {found[0]}; expected only one of the two, "
                     "since either determines the wear volume; remove the other"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _each_map_has_one_before(self) -> Self:
+        for body in ROLES:
+            named: tuple[ProfileSource, ...] = getattr(self, f"{body}_profile")
+            known = sum(one.before is not None for one in named)
+            if known and body in TwinDisc.roles:
+                raise ValueError(
+                    f"{body}_profile.before: found a map before the test of a rolling disc; expected it for a pin or "
+                    "the disc under a pin only; remove the key"
+                )
+            if known not in (0, len(named)):
+                raise ValueError(
+                    f"{body}_profile: found before for {known} of {len(named)} files; expected it for all or none, so "
+                    "that all are evaluated alike; add the missing maps, or remove the key"
                 )
         return self
 

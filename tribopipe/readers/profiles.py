@@ -10,9 +10,10 @@ others. Positions across have the unit that run.toml states for positions, else 
 
 Each profile has a key by its place in run.toml: "end_values.disc_profile" where there is one, and
 "end_values.disc_profile[0]", "[1]", … in the order of the files and of the lines in them where there are several.
+Scan lines of a map measured before the test have keys of their own: "end_values.disc_profile.before[0]", ….
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
 
@@ -38,7 +39,7 @@ from tribopipe.readers.reader import (
     reader_named,
 )
 from tribopipe.readers.tables import bare_name
-from tribopipe.results.run import Profile, SourceFile
+from tribopipe.results.run import Profile, SourceFile, before_key
 
 _FEWEST = 20
 """Points by which shoulders and track can be distinguished."""
@@ -93,16 +94,35 @@ def read_profiles(
     profiles: dict[str, Profile] = {}
     read = _Read(folder, sources, headers, notes)
     for key, files in _named(manifest):
-        found: list[Profile] = []
-        for number, named in enumerate(files):
-            at = key if len(files) == 1 else f"{key}[{number}]"
-            source = read.source(at, named.file)
-            table = read.table(source, named, at)
-            lines, said = _profiles_of(table, named, at, Units.of(named))
-            read.keep(source, table, said)
-            found += lines
-        profiles |= dict(zip(_keys(key, len(found)), found, strict=True))
+        profiles |= _read_files(read, key, key, files)
+        earlier = [one.model_copy(update={"file": one.before, "before": None}) for one in files if one.before]
+        if earlier:
+            _refuse_copies(read, key, files)
+            profiles |= _read_files(read, before_key(key), key, earlier)
     return profiles
+
+
+def _read_files(read: _Read, key: str, where: str, files: Sequence[ProfileSource]) -> dict[str, Profile]:
+    """Return the profiles of some files by their keys; errors name where run.toml lists the files."""
+    found: list[Profile] = []
+    for number, named in enumerate(files):
+        at = where if len(files) == 1 else f"{where}[{number}]"
+        source = read.source(at, named.file)
+        table = read.table(source, named, at)
+        lines, said = _profiles_of(table, named, at, Units.of(named))
+        read.keep(source, table, said)
+        found += lines
+    return dict(zip(_keys(key, len(found)), found, strict=True))
+
+
+def _refuse_copies(read: _Read, key: str, files: Sequence[ProfileSource]) -> None:
+    """Refuse a map before the test that is a copy of the one after it."""
+    for one in files:
+        if one.before is not None and read.source(key, one.before).sha256 == read.source(key, one.file).sha256:
+            raise ReaderError(
+                f"run.toml: {key}.before: found that {one.before} is a copy of {one.file}; expected the map measured "
+                "before the test; correct the name, or export the map again"
+            )
 
 
 def _named(manifest: RunManifest) -> Iterator[tuple[str, tuple[ProfileSource, ...]]]:

@@ -89,6 +89,14 @@ class Profile:
     """Name of that map."""
 
 
+_BEFORE = ".before"
+
+
+def before_key(key: str) -> str:
+    """Return the key of a map measured before the test, by that of the map after it."""
+    return f"{key}{_BEFORE}"
+
+
 @dataclass(frozen=True)
 class Recording:
     """Recorded data of a run that is too long to be kept in memory; the run itself holds block means of it."""
@@ -140,6 +148,16 @@ class RawRun(Tabular):
     def id(self) -> str:
         """Name of the run."""
         return self.manifest.id
+
+    @property
+    def single_profiles(self) -> dict[str, Profile]:
+        """Profiles by their keys, without the height maps that are evaluated as the difference of two."""
+        paired = [key.partition(_BEFORE)[0] for key in self.profiles if _BEFORE in key]
+        return {
+            key: profile
+            for key, profile in self.profiles.items()
+            if not any(key == one or key.startswith((f"{one}[", before_key(one))) for one in set(paired))
+        }
 
     @property
     def sliding_distance(self) -> Column:

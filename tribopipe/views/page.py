@@ -296,8 +296,12 @@ def _stated(name: str, value: Any) -> str | None:
     if isinstance(value, bool):
         return yes_or_no(value)
     if isinstance(value, tuple):
-        return listed(source.file for source in value if isinstance(source, ProfileSource))
+        return listed(_files(source) for source in value if isinstance(source, ProfileSource))
     return value if value is None or isinstance(value, str) else f"{value:,.12g}"
+
+
+def _files(source: ProfileSource) -> str:
+    return source.file if source.before is None else f"{source.file} (before the test: {source.before})"
 
 
 def _measured(value: Quantity) -> Iterator[str]:

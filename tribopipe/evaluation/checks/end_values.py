@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from itertools import combinations
+from itertools import combinations, product
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
@@ -16,6 +16,7 @@ from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
+from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
@@ -62,7 +63,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
     """Find more wear than half a sphere, a scar within the flat that was there, and profiles of what has no cap."""
     tip = PinTip.of(contact.equivalent_pin)
     if not tip.widens:
-        if end.pin_profile:
+        if any(one.before is None for one in end.pin_profile):
             yield Trouble(
                 f"{where}.pin_profile",
                 "found a profile of a flat pin or block, which has no unworn surface for leveling; expected a "
@@ -116,7 +117,7 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
 def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
     """Name profiles of which no depth or volume can be taken."""
     maps = _maps(run)
-    for where, profile in run.profiles.items():
+    for where, profile in run.single_profiles.items():
         radius = reference_radius(run.manifest, where)
         try:
             if _ITEM.sub("", where) not in maps:
@@ -129,6 +130,19 @@ def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
                 volume_below_sphere(one, tip_radius(run, DefaultUncertainty()))
         except FitError as error:
             yield _no_wear(where, error)
+    yield from _no_difference(run)
+
+
+def _no_difference(run: RawRun) -> Iterator[Trouble]:
+    """Name height maps before and after the test of which no volume can be taken."""
+    for part, body in product((part for part, _ in _parts(run.manifest)), ("pin", "disc")):
+        where = f"{part}.{body}_profile"
+        try:
+            for one in differences_at(run, where):
+                if body == "pin" or not one.reaches_edge:
+                    one.volume()
+        except FitError as error:
+            yield _no_wear(where, FitError("map: " + str(error).rpartition("map: ")[2]))
 
 
 @check("warning")

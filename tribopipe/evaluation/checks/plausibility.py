@@ -455,7 +455,7 @@ def profile_width(run: RawRun) -> Iterator[Trouble]:
     if pin is None or not pin.widens or pin.line:
         return
     tip, worn, start = PinTip.of(run.manifest.sliding_pin.equivalent_pin), _pin_depth(run), _start_width(run)
-    for where, profile in run.profiles.items():
+    for where, profile in run.single_profiles.items():
         if not where.startswith("end_values.disc_profile") or reference_radius(run.manifest, where) is not None:
             continue
         with suppress(FitError):

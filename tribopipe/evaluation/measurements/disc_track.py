@@ -15,12 +15,13 @@ import numpy as np
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.measurements.pin_tip import known_density
+from tribopipe.evaluation.measurements.pin_tip import known_density, volume_lost
 from tribopipe.evaluation.measurements.readings import (
     FEWEST_PLACES,
     EndValueUsed,
     certain,
     combined,
+    differences_at,
     over_places,
     profiles_at,
     tracks_in,
@@ -29,6 +30,7 @@ from tribopipe.evaluation.measurements.readings import (
 from tribopipe.evaluation.measurements.track_profile import Track
 from tribopipe.evaluation.measurements.worn_pair import (
     AREA,
+    DISC_DIFFERENCE,
     UNKNOWN_ENDS,
     UNKNOWN_SHARE,
     VOLUMES,
@@ -38,6 +40,9 @@ from tribopipe.evaluation.measurements.worn_pair import (
     surest,
 )
 from tribopipe.results.run import RawRun
+
+_SECTION_DIFFERENCE = "disc_profile_difference"
+"""Sections of a track by height maps before and after the test."""
 
 
 def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUncertainty) -> Iterator[EndValueUsed]:
@@ -59,19 +64,30 @@ def disc_readings(run: RawRun, where: str, end: EndValues, defaults: DefaultUnce
         mass, source = certain(end.disc_mass_loss, defaults.mass_loss.value)
         density = known_density(run, "disc", f"{where}.disc_mass_loss", defaults)
         yield EndValueUsed("disc_mass_loss", volume_of_mass(mass, density), source)
-    if found := _tracks(run, where):
-        yield EndValueUsed("disc_profile", over_places([track.depth for track in found]), "manifest")
+    key = f"{where}.disc_profile"
+    differences = differences_at(run, key)
+    if differences and not any(one.reaches_edge for one in differences):
+        yield EndValueUsed(DISC_DIFFERENCE, volume_lost(run, key, differences), "manifest")
+    elif found := _tracks(run, where):
+        name = _SECTION_DIFFERENCE if differences else "disc_profile"
+        yield EndValueUsed(name, over_places([track.depth for track in found]), "manifest")
 
 
 def _tracks(run: RawRun, where: str) -> list[Track]:
-    return tracks_in(run, profiles_at(run, f"{where}.disc_profile"), None)
+    """Return the track in each profile, or in each scan line of the difference of two height maps."""
+    key = f"{where}.disc_profile"
+    differences = differences_at(run, key)
+    lines = {
+        f"{key}, line {number}": line for number, line in enumerate(line for one in differences for line in one.lines)
+    }
+    return tracks_in(run, lines if differences else profiles_at(run, key), None)
 
 
 def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: WornPair) -> Iterator[BodyWear]:
     """Yield depth and volume of the track by each reading, with that of the pin in ``pair``, or its own width."""
     widths = [one for one in readings if one.name in WIDTHS and pair.tip.widens]
     for one in readings:
-        if one.name == "disc_profile":
+        if one.name in ("disc_profile", _SECTION_DIFFERENCE):
             yield _by_profiles(_tracks(run, where), replace(pair, disc=one))
             continue
         others = [pair.pin] if pair.pin is not UNKNOWN_SHARE else []
@@ -113,14 +129,14 @@ def _by_profiles(found: list[Track], pair: WornPair) -> BodyWear:
     depth, area = over_places([track.depth for track in found]), over_places([track.area for track in found])
     path = pair.path
     if path is None:
-        return BodyWear("disc_profile", "manifest", depth)
+        return BodyWear(pair.disc.name, "manifest", depth)
     worn = pair.contact()
 
     def volume(section: float, length: float, ends: float) -> float:
         return path.volume(replace(worn, groove_area=np.asarray(section)), length, ends)
 
     ends = UNKNOWN_ENDS if path.there_and_back else Quantity(value=0.0, unit="1", standard_uncertainty=0.0)
-    return BodyWear("disc_profile", "manifest", depth, combined(volume, (area, path.length, ends), "m^3"))
+    return BodyWear(pair.disc.name, "manifest", depth, combined(volume, (area, path.length, ends), "m^3"))
 
 
 def disc_notes(

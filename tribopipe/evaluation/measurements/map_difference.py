@@ -45,11 +45,15 @@ from tribopipe.results.run import Profile
 
 _ROUNDS, _STEPS, _CONVERGED = 15, 20, 1e-3
 """Searches for the scar; steps of a fit; share of the residual within which a fit has converged."""
+_MEASURED = 0.5
+"""Weight of the measured cells around a position from which on its height is known."""
 _LEAST_OVERLAP = 0.3
 """Share of the map after the test that the map before it has to show."""
-_TEXTURE, _CLIPPED = (1.0, 4.0), 4.0
+_TEXTURES, _CLIPPED = ((0.5, 1.5), (1.0, 3.0)), 4.0
 """Standard deviations of the Gaussian filters, in cells, between which the roughness is compared; and its own ones to
 which what stands out is cut."""
+_WAVINESS = 4.0
+"""Standard deviation of the Gaussian filter, in cells, below which a surface is rough."""
 _MOST_ROTATED, _CLEARLY = 0.05, 5.0
 """Largest rotation, rad; and standard uncertainties by which it must exceed zero."""
 _OTHER_PLACE = 3.0
@@ -91,11 +95,11 @@ class _Before:
         return np.asarray(map_coordinates(self.spline, cells, order=3, mode="nearest", prefilter=False))
 
     def measured(self, x: Column, y: Column) -> Mask:
-        """Return which of these positions lie between measured cells."""
+        """Return which of these positions lie in or next to measured cells."""
         from scipy.ndimage import map_coordinates
 
         known = map_coordinates(self.known, self._cells(x, y), order=1, mode="constant", cval=0.0)
-        return np.asarray(known > 1 - 1e-6)
+        return np.asarray(known > _MEASURED)
 
     def _cells(self, x: Column, y: Column) -> Column:
         along, across = self.steps
@@ -122,12 +126,12 @@ class _Unworn:
     def _places(self, grid: HeightMap) -> tuple[Column, Column]:
         x, y = np.broadcast_arrays(grid.x, grid.y[:, None])
         rotation = self.parameters[5]
-        return x - self.parameters[0] + rotation * y, y - self.parameters[1] - rotation * x
+        return np.asarray(x - self.parameters[0] + rotation * y), np.asarray(y - self.parameters[1] - rotation * x)
 
     def height(self, grid: HeightMap) -> Column:
         """Return its height in each cell, m."""
         _, _, top, along, across, _ = self.parameters
-        return self.before.height(*self._places(grid)) + top + along * grid.x + across * grid.y[:, None]
+        return np.asarray(self.before.height(*self._places(grid)) + top + along * grid.x + across * grid.y[:, None])
 
     def measured(self, grid: HeightMap) -> Mask:
         """Return the cells of which the map before shows the surface."""
@@ -313,7 +317,7 @@ def _at_first(grid: HeightMap, earlier: HeightMap) -> tuple[_Unworn, Mask]:
     """Return the surface registered by the edge of the map, and the cells there."""
     before, failed = _Before.of(earlier), None
     found: list[tuple[float, _Unworn, Mask]] = []
-    for shift in (_likeliest_shift(grid, earlier), (0.0, 0.0)):
+    for shift in (*(_likeliest_shift(grid, earlier, band) for band in _TEXTURES), (0.0, 0.0)):
         try:
             found.append(_robust(grid, _Unworn(before, np.array([*shift, 0.0, 0.0, 0.0, 0.0]))))
         except FitError as error:
@@ -324,14 +328,14 @@ def _at_first(grid: HeightMap, earlier: HeightMap) -> tuple[_Unworn, Mask]:
     return surface, frame
 
 
-def _likeliest_shift(grid: HeightMap, earlier: HeightMap) -> tuple[float, float]:
-    """Return the shift, m, by whole cells, at which the roughness of both maps correlates best."""
+def _likeliest_shift(grid: HeightMap, earlier: HeightMap, band: tuple[float, float]) -> tuple[float, float]:
+    """Return the shift, m, by whole cells, at which the roughness of both maps in a band correlates most significantly."""
     wide, long = _step(grid.x), _step(grid.y)
     x, y = (_evenly(places, step) for places, step in ((earlier.x, wide), (earlier.y, long)))
     before = _Before.of(earlier)
     across, along = np.meshgrid(y, x, indexing="ij")
     there = np.where(before.measured(along, across), before.height(along, across), np.nan)
-    one, other = _texture(grid.height), _texture(there)
+    one, other = _texture(grid.height, band), _texture(there, band)
     shape = one.shape[0] + other.shape[0], one.shape[1] + other.shape[1]
 
     def correlated(first: Column, second: Column) -> Column:
@@ -341,7 +345,9 @@ def _likeliest_shift(grid: HeightMap, earlier: HeightMap) -> tuple[float, float]
     pairs = correlated(seen, shown)
     powers = correlated(one**2, shown) * correlated(seen, other**2)
     likely = pairs >= _LEAST_OVERLAP * np.sum(seen)
-    score = np.where(likely & (powers > 0), correlated(one, other) / np.sqrt(np.maximum(powers, 1e-300)), -1.0)
+    score = np.where(
+        likely & (powers > 0), correlated(one, other) * np.sqrt(np.abs(pairs) / np.maximum(powers, 1e-300)), -1.0
+    )
     row, column = np.unravel_index(int(np.argmax(score)), shape)
     rows, columns = (
         int(place) - size * (place >= part) for place, size, part in zip((row, column), shape, one.shape, strict=True)
@@ -353,14 +359,22 @@ def _evenly(places: Column, step: float) -> Column:
     return np.arange(places[0], places[-1] + step / 2, step)
 
 
-def _texture(heights: Column) -> Column:
+def _texture(heights: Column, band: tuple[float, float]) -> Column:
     """Return the roughness of a map, in its own standard deviations; 0 where it was not measured."""
     from scipy.ndimage import gaussian_filter
 
+    filled, _ = bridged(heights)
     seen = np.isfinite(heights)
-    filled = np.where(seen, heights, np.nanmedian(heights))
-    fine, coarse = (gaussian_filter(filled, width) for width in _TEXTURE)
-    found = fine - coarse - np.median((fine - coarse)[seen])
+    y, x = (places - np.mean(places) for places in np.indices(heights.shape))
+    shape = np.stack([np.ones(x.shape), x, y, x**2, x * y, y**2], axis=-1)
+    form = shape @ least_squares(shape[seen], heights[seen])
+    left = np.where(np.isfinite(filled), filled - form, 0.0)
+    fine, coarse = (gaussian_filter(left, width) for width in band)
+    found = fine - coarse
+    # At the border a filter shows the slope of the form, which is there at no shift at all.
+    seen &= from_edge(np.isfinite(filled)) > band[1]
+    if not np.any(seen):
+        return np.zeros(heights.shape)
     spread = MAD * float(np.median(np.abs(found[seen]))) or 1.0
     return np.where(seen, np.clip(found / spread, -_CLIPPED, _CLIPPED), 0.0)
 
@@ -490,8 +504,8 @@ def _without_spikes(found: MapDifference) -> MapDifference:
 
 def _different(found: str = "surroundings that differ between the maps before and after the test") -> FitError:
     return FitError(
-        f"map: found {found}; expected the same place with surroundings that did not wear; measure the same place again "
-        "in the same orientation, and check the units of both maps"
+        f"map: found {found}; expected the same place with surroundings that did not wear; measure the same place "
+        "again in the same orientation, and check the units of both maps"
     )
 
 
@@ -500,7 +514,7 @@ def _refuse_other_surface(found: MapDifference) -> None:
     from scipy.ndimage import gaussian_filter
 
     grid = found.grid
-    rough = grid.height - gaussian_filter(np.where(grid.measured, grid.height, found.surface.height(grid)), _TEXTURE[1])
+    rough = grid.height - gaussian_filter(np.where(grid.measured, grid.height, found.surface.height(grid)), _WAVINESS)
     roughness, residual = (MAD * float(np.median(np.abs(one[found.unworn]))) for one in (rough, found.lost))
     depth = float(np.max(np.abs(found.lost[found.scar])))
     if residual > max(_OTHER_PLACE * roughness, IN_FORM * depth):

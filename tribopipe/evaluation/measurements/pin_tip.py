@@ -20,10 +20,12 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.height_map import maps_of
+from tribopipe.evaluation.measurements.map_difference import MapDifference
 from tribopipe.evaluation.measurements.readings import (
     A_MAP,
     EndValueUsed,
     certain,
+    differences_at,
     over_places,
     profiles_at,
     tracks_in,
@@ -41,11 +43,13 @@ from tribopipe.physics.geometry import (
 )
 from tribopipe.physics.pin_on_track import BlockOnTrack, FlatOnTrack, OnTrack, SphereOnTrack
 from tribopipe.results.input_quantities import stated_or_default
-from tribopipe.results.run import Profile, RawRun
+from tribopipe.results.run import Profile, RawRun, before_key
 
 PIN_MAP = "pin_height_map"
 """Volume by a height map of the tip."""
-PIN_VOLUMES = ("pin_wear_volume", "pin_mass_loss", PIN_MAP)
+PIN_DIFFERENCE = "pin_height_map_difference"
+"""Volume by height maps of the tip before and after the test."""
+PIN_VOLUMES = ("pin_wear_volume", "pin_mass_loss", PIN_MAP, PIN_DIFFERENCE)
 SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
 _STEP = 1e-4
 """Share of the tip's radius by which it is varied to see what it does to a profile's depth."""
@@ -159,7 +163,9 @@ def pin_values(run: RawRun, where: str, end: EndValues, defaults: DefaultUncerta
         mass, source = certain(end.pin_mass_loss, defaults.mass_loss.value)
         density = known_density(run, "pin", f"{where}.pin_mass_loss", defaults)
         yield EndValueUsed("pin_mass_loss", volume_of_mass(mass, density), source)
-    if profiles := profiles_at(run, f"{where}.pin_profile"):
+    if differences := differences_at(run, f"{where}.pin_profile"):
+        yield EndValueUsed(PIN_DIFFERENCE, volume_lost(run, f"{where}.pin_profile", differences), "manifest")
+    elif profiles := profiles_at(run, f"{where}.pin_profile"):
         yield _profiled(run, f"{where}.pin_profile", profiles, defaults)
 
 
@@ -210,18 +216,29 @@ def _mapped(run: RawRun, key: str, maps: Mapping[str, Sequence[Profile]], radius
     return EndValueUsed(PIN_MAP, lost, "manifest", per_radius)
 
 
+def volume_lost(run: RawRun, key: str, differences: Sequence[MapDifference]) -> Quantity:
+    """Return the volume lost by differences of height maps, m³. Raises ``FitError``, naming the key."""
+    try:
+        return over_places([one.volume() for one in differences])
+    except FitError as error:
+        raise FitError(f"{run.id}: {key}: {error}") from None
+
+
 def pin_maps(run: RawRun, where: str) -> dict[str, list[Profile]]:
     """Return the height maps of a spherical tip by name, each as its scan lines; none where only profiles were taken.
 
     ``where`` is the key of the measurements, such as "end_values".
     """
     tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
-    return maps_of(profiles_at(run, f"{where}.pin_profile")) if tip.widens else {}
+    key = f"{where}.pin_profile"
+    return maps_of(profiles_at(run, key)) if tip.widens and not profiles_at(run, before_key(key)) else {}
 
 
 def pin_notes(run: RawRun, where: str) -> Iterator[str]:
     """Report a map of the tip that cannot be integrated because nothing is known of where its lines are."""
-    if len(profiles_at(run, f"{where}.pin_profile")) >= A_MAP and not pin_maps(run, where):
+    key = f"{where}.pin_profile"
+    single = not profiles_at(run, before_key(key))
+    if single and len(profiles_at(run, key)) >= A_MAP and not pin_maps(run, where):
         yield (
             f"{where}.pin_profile is a height map without positions across its scan lines: its deepest line is used, "
             "which is exact only for a flat scar; export the map with columns x, y and z"

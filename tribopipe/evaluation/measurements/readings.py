@@ -12,10 +12,12 @@ import numpy as np
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import EndValue, Quantity, of_readings
+from tribopipe.evaluation.measurements.height_map import FEWEST_LINES, maps_of
+from tribopipe.evaluation.measurements.map_difference import MapDifference, map_difference
 from tribopipe.evaluation.measurements.track_profile import Track, worn_area
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.results.input_quantities import Source, stated_or_default
-from tribopipe.results.run import Profile, RawRun
+from tribopipe.results.run import Profile, RawRun, before_key
 
 _NODE = math.sqrt(3)
 
@@ -83,6 +85,39 @@ def volume_of_mass(mass: Quantity, density: Quantity) -> Quantity:
 def profiles_at(run: RawRun, key: str) -> dict[str, Profile]:
     """Return the profiles that run.toml names under a key such as "end_values.disc_profile", one or several."""
     return {name: profile for name, profile in run.profiles.items() if name == key or name.startswith(f"{key}[")}
+
+
+def differences_at(run: RawRun, key: str) -> list[MapDifference]:
+    """Return the difference of each pair of height maps, before and after the test, that run.toml names under a key.
+
+    Raises ``FitError``, naming the map, where one of a pair is no map, or they cannot be registered.
+    """
+    after, before = (profiles_at(run, one) for one in (key, before_key(key)))
+    if not before:
+        return []
+    scans = [_scans(run, profiles, name) for profiles, name in ((after, key), (before, before_key(key)))]
+    if len(scans[0]) != len(scans[1]):
+        raise FitError(
+            f"{run.id}: {key}: map: found {len(scans[0])} maps after the test and {len(scans[1])} before it; expected "
+            "one before each; list each file once"
+        )
+    found = []
+    for name, one, other in zip(scans[0], scans[0].values(), scans[1].values(), strict=True):
+        try:
+            found.append(map_difference(one, other))
+        except FitError as error:
+            raise FitError(f"{run.id}: {key} of {name}: {error}") from None
+    return found
+
+
+def _scans(run: RawRun, profiles: Mapping[str, Profile], key: str) -> dict[str, list[Profile]]:
+    if found := maps_of(profiles):
+        return found
+    raise FitError(
+        f"{run.id}: {key}: map: found {len(profiles)} profiles that are no height map; expected at least "
+        f"{FEWEST_LINES} scan lines with their positions across, both before and after the test; export columns x, y "
+        "and z, or remove before from run.toml"
+    )
 
 
 def tracks_in(run: RawRun, profiles: Mapping[str, Profile], radius: float | None) -> list[Track]:

@@ -38,7 +38,9 @@ UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCE
 _TURNS = 8
 _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
-VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss")
+DISC_DIFFERENCE = "disc_height_map_difference"
+"""Volume by height maps of the whole track before and after the test."""
+VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss", DISC_DIFFERENCE)
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 
 

@@ -170,7 +170,7 @@ def _gains(member: Member, recipe: Recipe) -> dict[str, float]:
 
 
 def _gain(way: BodyWear) -> float:
-    if way.pair is None or way.volume is None or way.name.endswith(("_wear_volume", "_profile")):
+    if way.pair is None or way.volume is None or way.name.endswith(("_wear_volume", "_profile", "_profile_difference")):
         return 0.0
     reading = next(one.quantity for one in (way.pair.pin, way.pair.disc) if one.name == way.name)
     of_reading, of_volume = (
