@@ -58,6 +58,8 @@ _MOST_ROTATED, _CLEARLY = 0.05, 5.0
 """Largest rotation, rad; and standard uncertainties by which it must exceed zero."""
 _OTHER_PLACE = 3.0
 """Residual of the registration over the roughness above which the maps show different surfaces."""
+_FEWEST_AROUND = 0.5
+"""Share of the cells around the scar that have to be unchanged."""
 _WITHOUT_ROTATION, _WITH_ROTATION = 5, 6
 
 
@@ -516,6 +518,9 @@ def _refuse_other_surface(found: MapDifference) -> None:
     grid = found.grid
     rough = grid.height - gaussian_filter(np.where(grid.measured, grid.height, found.surface.height(grid)), _WAVINESS)
     roughness, residual = (MAD * float(np.median(np.abs(one[found.unworn]))) for one in (rough, found.lost))
+    around = found.overlap & ~dilated(found.scar, 2 * found.margin) & grid.measured
+    if np.count_nonzero(found.unworn) < _FEWEST_AROUND * np.count_nonzero(around):
+        raise _different()
     depth = float(np.max(np.abs(found.lost[found.scar])))
     if residual > max(_OTHER_PLACE * roughness, IN_FORM * depth):
         raise _different(
