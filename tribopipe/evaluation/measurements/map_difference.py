@@ -347,9 +347,8 @@ def _likeliest_shift(grid: HeightMap, earlier: HeightMap, band: tuple[float, flo
     pairs = correlated(seen, shown)
     powers = correlated(one**2, shown) * correlated(seen, other**2)
     likely = pairs >= _LEAST_OVERLAP * np.sum(seen)
-    score = np.where(
-        likely & (powers > 0), correlated(one, other) * np.sqrt(np.abs(pairs) / np.maximum(powers, 1e-300)), -1.0
-    )
+    agreement = correlated(one, other) * np.sqrt(np.abs(pairs) / np.maximum(powers, 1e-300))
+    score = np.where(likely & (powers > 0), agreement, -1.0)
     row, column = np.unravel_index(int(np.argmax(score)), shape)
     rows, columns = (
         int(place) - size * (place >= part) for place, size, part in zip((row, column), shape, one.shape, strict=True)
