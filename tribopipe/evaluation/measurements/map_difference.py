@@ -331,7 +331,7 @@ def _at_first(grid: HeightMap, earlier: HeightMap) -> tuple[_Unworn, Mask]:
 
 
 def _likeliest_shift(grid: HeightMap, earlier: HeightMap, band: tuple[float, float]) -> tuple[float, float]:
-    """Return the shift, m, by whole cells, at which the roughness of both maps in a band correlates most significantly."""
+    """Return the shift, m, by whole cells, at which the roughness of both maps correlates most significantly."""
     wide, long = _step(grid.x), _step(grid.y)
     x, y = (_evenly(places, step) for places, step in ((earlier.x, wide), (earlier.y, long)))
     before = _Before.of(earlier)
