@@ -25,29 +25,48 @@ from tribopipe.readers.harmonize import read_run
 BOTH = {"file": "after.csv", "before": "before.csv"}
 PAIRS = {
     "ball": MapPair(),
-    "rotated": MapPair(rotation=0.01),
+    "polished ball": MapPair(rough=1e-9, noise=2e-9, form=0.0),
+    "rotated": MapPair(rotation=0.03),
     "other distance between points": MapPair(coarser=1.4),
+    "much larger distance between points": MapPair(coarser=2.5),
     "many pixels off": MapPair(shift=(-152e-6, 90e-6), off=(0.0, 0.0), scar=0.3e-3),
     "spike": MapPair(debris=5e-6),
     "missing pixels": MapPair(missing=0.05),
     "groove within the map": MapPair(body="disc", depth=1e-6, whole=True),
+    "groove on a polished disc": MapPair(body="disc", depth=1e-6, whole=True, rough=5e-9, form=0.0),
     "transfer": MapPair(body="disc", depth=-1e-6, whole=True),
     "flat pin in its holder": MapPair(body="pin", depth=2e-6, scar=0.6e-3, form=0.2e-6),
 }
+ON_A_BALL = {name for name, pair in PAIRS.items() if pair.body == "ball"}
 
 
-def within(found, true, share=0.02):
-    return abs(found.value - true) <= max(share * abs(true), 2 * found.standard_uncertainty)
+IN_EVERY_RUN = {"ball", "polished ball", "rotated", "groove on a polished disc"}
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize(
+    "name", [name if name in IN_EVERY_RUN else pytest.param(name, marks=pytest.mark.slow) for name in PAIRS]
+)
 def test_volume_is_that_of_the_simulated_scar(name):
     pair = PAIRS[name]
     found = map_difference(*pair.maps())
-    assert within(found.volume(), pair.volume)
-    assert found.volume().standard_uncertainty < 0.06 * abs(pair.volume)
-    assert found.shift == pytest.approx(pair.shift, abs=8e-6)
-    assert (found.rotation != 0) == (pair.rotation != 0)
+    volume = found.volume()
+    assert abs(volume.value - pair.volume) <= 3 * volume.standard_uncertainty
+    assert volume.standard_uncertainty < (0.001 if name in ON_A_BALL else 0.06) * abs(pair.volume)
+    assert found.shift == pytest.approx(pair.shift, abs=2.5e-6)
+    assert found.rotation == pytest.approx(pair.rotation, abs=1e-3)
+
+
+def test_groove_through_a_polished_map_is_no_other_place():
+    """Without roughness the shift is unknown; it must not be sought where the maps no longer show the groove."""
+    pair = MapPair(body="disc", depth=1e-6, scar=0.3e-3, rough=5e-9, form=0.0)
+    for seed in range(2):
+        found = map_difference(*replace(pair, seed=seed).maps())
+        assert found.reaches_edge
+        assert np.count_nonzero(found.changed) == pytest.approx(0.3 * found.changed.size, rel=0.15)
+
+
+def within(found, true, share=0.02):
+    return abs(found.value - true) <= share * abs(true)
 
 
 def test_form_of_the_ball_is_not_counted_as_wear():
@@ -62,8 +81,9 @@ def test_form_of_the_ball_is_not_counted_as_wear():
 @pytest.mark.slow
 def test_intervals_cover_the_volume():
     covered, errors = [], []
-    for seed in range(40):
-        kind = (PAIRS["ball"], PAIRS["groove within the map"], PAIRS["transfer"])[seed % 3]
+    kinds = ("ball", "polished ball", "groove within the map", "transfer")
+    for seed in range(2000, 2120):
+        kind = PAIRS[kinds[seed % len(kinds)]]
         pair = replace(kind, seed=seed, points=81, lines=71)
         found = map_difference(*pair.maps()).volume()
         covered.append(abs(found.value - pair.volume) <= 1.96 * found.standard_uncertainty)
@@ -104,9 +124,17 @@ def elsewhere(pair):
 
 
 BALL = MapPair()
+
+
+def another(form):
+    return MapPair(seed=77, form=form, scar=BALL.scar).maps()[1]
+
+
 REFUSED = {
+    "another ball": (BALL.maps()[0], another(BALL.form), "found surroundings that differ by"),
+    "another form": (BALL.maps()[0], another(2 * BALL.form), "found surroundings that differ by"),
     "same": (BALL.maps()[0], BALL.maps()[0], "found identical maps"),
-    "other place": (BALL.maps()[0], elsewhere(BALL), "surroundings|reaches the edge"),
+    "other place": (BALL.maps()[0], elsewhere(BALL), "surroundings that differ"),
     "other unit": (
         BALL.maps()[0],
         [replace(one, position=0.1 * one.position, across=0.1 * one.across) for one in BALL.maps()[1]],

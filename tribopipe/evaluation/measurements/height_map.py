@@ -146,6 +146,20 @@ def _starts(count: int) -> NDArray[np.intp]:
     return np.arange(0, count, -(-count // _MOST_CELLS))
 
 
+def from_edge(inside: Mask) -> Column:
+    """Return the distance of each cell from the edge of a map, in cells; 1 at the edge, 0 outside."""
+    from scipy.ndimage import distance_transform_edt
+
+    return np.asarray(distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1])
+
+
+def dilated(part: Mask, cells: int) -> Mask:
+    """Return a part of a map with so many cells around it."""
+    from scipy.ndimage import binary_dilation
+
+    return np.asarray(binary_dilation(part, iterations=cells)) if cells else part
+
+
 def bridged(values: Column) -> tuple[Column, Column]:
     """Return values with those missing interpolated along rows and columns, and how much both ways differ.
 
@@ -170,5 +184,5 @@ def _interpolated(values: Column) -> tuple[Column, Column]:
         holes = np.flatnonzero(np.isnan(row))
         row[holes] = np.interp(holes, there, row[there], left=np.nan, right=np.nan)
         after = np.clip(np.searchsorted(there, holes), 1, max(len(there) - 1, 1))
-        gap[holes] = there[np.minimum(after, len(there) - 1)] - there[after - 1]
+        gap[holes] = np.maximum(there[np.minimum(after, len(there) - 1)] - there[after - 1], 1)
     return filled, gaps

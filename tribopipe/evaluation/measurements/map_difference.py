@@ -1,16 +1,13 @@
 """What a specimen has lost between two height maps of the same place, one before and one after the test.
 
-The map before is placed on the map after by the surroundings of the scar, which did not wear: shifted in both
-directions, raised, tilted, and rotated if the maps clearly show a small rotation. Both maps contain the form of the
-specimen and its roughness, so both cancel. Material gained counts as negative.
+Both maps contain the form of the specimen and its roughness, so both cancel. Material gained counts as negative.
 """
 
-from __future__ import annotations
-
+import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -18,15 +15,15 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, height_map
+from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map
+from tribopipe.evaluation.measurements.map_registration import Placed, placed, without_holes
+from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness, by_sampling, through_fit
 from tribopipe.evaluation.measurements.profile_levelling import Mask
-from tribopipe.evaluation.measurements.tip_map import (
+from tribopipe.evaluation.measurements.scar_limits import (
     EDGE,
     FEWEST_ACROSS,
     FEWEST_UNWORN,
-    FRAME,
     IN_FORM,
-    MAD,
     MARGIN,
     MOST_MISSING,
     NO_NOISE,
@@ -34,145 +31,25 @@ from tribopipe.evaluation.measurements.tip_map import (
     SPIKE,
     SPIKE_WIDTH,
     STANDS_OUT,
-    Roughness,
-    by_sampling,
-    dilated,
-    from_edge,
-    least_squares,
-    through_fit,
 )
 from tribopipe.results.run import Profile
 
-_ROUNDS, _STEPS, _CONVERGED = 15, 20, 1e-3
-"""Searches for the scar; steps of a fit; share of the residual within which a fit has converged."""
-_MEASURED = 0.5
-"""Weight of the measured cells around a position from which on its height is known."""
-_LEAST_OVERLAP = 0.3
-"""Share of the map after the test that the map before it has to show."""
-_TEXTURES, _CLIPPED = ((0.5, 1.5), (1.0, 3.0)), 4.0
-"""Standard deviations of the Gaussian filters, in cells, between which the roughness is compared; and its own ones to
-which what stands out is cut."""
-_WAVINESS = 4.0
-"""Standard deviation of the Gaussian filter, in cells, below which a surface is rough."""
-_MOST_ROTATED, _CLEARLY = 0.05, 5.0
-"""Largest rotation, rad; and standard uncertainties by which it must exceed zero."""
-_OTHER_PLACE = 3.0
-"""Residual of the registration over the roughness above which the maps show different surfaces."""
+_ROUNDS, _ROTATED_IN = 15, 1
+"""Searches for the scar; the one after which a rotation is looked for."""
+_WAVINESS, _NO_NOISE = 4.0, 0.3
+"""Standard deviation of the Gaussian filter, in cells, that leaves waviness; and its share of what single cells differ
+by, above which it is no noise: of noise, a fourteenth is left."""
+_OTHER_FORM = 3e-3
+"""Waviness of the difference over the depth above which the maps show different surfaces."""
 _FEWEST_AROUND = 0.5
 """Share of the cells around the scar that have to be unchanged."""
-_WITHOUT_ROTATION, _WITH_ROTATION = 5, 6
-
-
-@dataclass(frozen=True)
-class _Before:
-    """The map before the test, between its cells."""
-
-    x: Column
-    y: Column
-    spline: Column
-    """Coefficients of a cubic spline; beyond the map, those of its nearest cells."""
-    known: Column
-    """1 in cells that were measured, 0 in others."""
-
-    @classmethod
-    def of(cls, grid: HeightMap) -> _Before:
-        """Return a map with its gaps filled."""
-        from scipy.ndimage import distance_transform_edt, spline_filter
-
-        filled, _ = bridged(grid.height)
-        nearest = distance_transform_edt(np.isnan(filled), return_distances=False, return_indices=True)
-        spline = spline_filter(filled[tuple(nearest)], order=3, mode="nearest")
-        return cls(grid.x, grid.y, np.asarray(spline), grid.measured.astype(float))
-
-    @property
-    def steps(self) -> tuple[float, float]:
-        """Distances between columns and between rows, m."""
-        return _step(self.x), _step(self.y)
-
-    def height(self, x: Column, y: Column) -> Column:
-        """Return heights at these positions, m."""
-        from scipy.ndimage import map_coordinates
-
-        cells = self._cells(x, y)
-        return np.asarray(map_coordinates(self.spline, cells, order=3, mode="nearest", prefilter=False))
-
-    def measured(self, x: Column, y: Column) -> Mask:
-        """Return which of these positions lie in or next to measured cells."""
-        from scipy.ndimage import map_coordinates
-
-        known = map_coordinates(self.known, self._cells(x, y), order=1, mode="constant", cval=0.0)
-        return np.asarray(known > _MEASURED)
-
-    def _cells(self, x: Column, y: Column) -> Column:
-        along, across = self.steps
-        return np.array([(y - self.y[0]) / across, (x - self.x[0]) / along])
-
-
-def _step(places: Column) -> float:
-    return float(places[1] - places[0])
-
-
-@dataclass(frozen=True)
-class _Unworn:
-    """The surface before the test in the positions of the map after it."""
-
-    before: _Before
-    parameters: Column
-    """Shift along and across, m; height, m; both slopes; rotation, rad."""
-
-    @property
-    def shift(self) -> tuple[float, float]:
-        """By how much the map after is shifted, m."""
-        return float(self.parameters[0]), float(self.parameters[1])
-
-    def _places(self, grid: HeightMap) -> tuple[Column, Column]:
-        x, y = np.broadcast_arrays(grid.x, grid.y[:, None])
-        rotation = self.parameters[5]
-        return np.asarray(x - self.parameters[0] + rotation * y), np.asarray(y - self.parameters[1] - rotation * x)
-
-    def height(self, grid: HeightMap) -> Column:
-        """Return its height in each cell, m."""
-        _, _, top, along, across, _ = self.parameters
-        return np.asarray(self.before.height(*self._places(grid)) + top + along * grid.x + across * grid.y[:, None])
-
-    def measured(self, grid: HeightMap) -> Mask:
-        """Return the cells of which the map before shows the surface."""
-        return self.before.measured(*self._places(grid))
-
-    def gradients(self, grid: HeightMap, parameters: int = _WITH_ROTATION) -> Column:
-        """Return the derivatives of the height by its first parameters, the last axis."""
-        x, y = self._places(grid)
-        wide, long = (step / 2 for step in self.before.steps)
-        along = (self.before.height(x + wide, y) - self.before.height(x - wide, y)) / (2 * wide)
-        across = (self.before.height(x, y + long) - self.before.height(x, y - long)) / (2 * long)
-        right, up = np.broadcast_arrays(grid.x, grid.y[:, None])
-        columns = [-along, -across, np.ones_like(along), right, up, up * along - right * across]
-        return np.stack(columns[:parameters], axis=-1)
-
-    def moved(self, steps: Column) -> _Unworn:
-        """Return the surface after steps of its first parameters."""
-        return replace(self, parameters=self.parameters + np.append(steps, np.zeros(_WITH_ROTATION - len(steps))))
-
-    def overlap(self, grid: HeightMap) -> Mask:
-        """Return the cells that both maps show. Raises ``FitError`` where they are few."""
-        both = grid.measured & self.measured(grid)
-        share = np.count_nonzero(both) / np.count_nonzero(grid.measured)
-        if share < _LEAST_OVERLAP:
-            raise FitError(
-                f"map: found that the map before the test shows {100 * share:.0f} % of the map after it; expected at "
-                f"least {100 * _LEAST_OVERLAP:.0f} %; measure the same place, and check the units of both maps"
-            )
-        return both
 
 
 @dataclass(frozen=True)
 class MapDifference:
     """What a specimen has lost by two height maps, registered to each other by what did not wear."""
 
-    grid: HeightMap
-    surface: _Unworn
-    parameters: int
-    """Fitted parameters of the registration: with or without the rotation."""
+    surface: Placed
     unworn: Mask
     """Cells by which the maps were registered."""
     overlap: Mask
@@ -185,6 +62,11 @@ class MapDifference:
     """By how much two ways of interpolating missing cells differ, m."""
 
     @property
+    def grid(self) -> HeightMap:
+        """The map after the test."""
+        return self.surface.grid
+
+    @property
     def shift(self) -> tuple[float, float]:
         """By how much the map after the test is shifted along and across its scan lines, m."""
         return self.surface.shift
@@ -192,7 +74,7 @@ class MapDifference:
     @property
     def rotation(self) -> float:
         """Rotation, rad; 0 where the maps do not clearly show one."""
-        return float(self.surface.parameters[5])
+        return self.surface.rotation
 
     @cached_property
     def scar(self) -> Mask:
@@ -217,6 +99,18 @@ class MapDifference:
         """Cells by which the scar is taken wider than it is seen to be."""
         return _margin(self.changed)
 
+    @cached_property
+    def waviness(self) -> float:
+        """By how much the maps differ over many cells where nothing wore, m; 0 if no more than their noise suggests."""
+        from scipy.ndimage import gaussian_filter
+
+        share = gaussian_filter(self.unworn.astype(float), _WAVINESS)
+        wavy = gaussian_filter(np.where(self.unworn, self.lost, 0.0), _WAVINESS) / np.maximum(
+            share, np.finfo(float).eps
+        )
+        found, single = (MAD * float(np.median(np.abs(one[self.unworn]))) for one in (wavy, self.lost))
+        return found if found > _NO_NOISE * single else 0.0
+
     @property
     def lines(self) -> list[Profile]:
         """Scan lines of the map after the test minus the map before it, m, where both were measured."""
@@ -233,8 +127,8 @@ class MapDifference:
         Changes that continue beyond the edge of the maps, apart from the scar, are uncertain as a whole.
 
         The standard uncertainty contains the difference of the two maps where nothing has changed, with its correlation
-        in both directions, in the scar and through the registration; the distance between points; the boundary of the
-        scar; and missing cells.
+        in both directions, in the scar and through the registration, and its waviness; the distance between points; the
+        boundary of the scar; and missing cells.
 
         Raises
         ------
@@ -252,12 +146,11 @@ class MapDifference:
         region = dilated(inner, self.margin) & ~outside
         weights = np.where(region, self.grid.area, 0.0)
         ring = dilated(inner, 2 * self.margin) & ~self.changed
-        gradients = self.surface.gradients(self.grid, self.parameters)
+        through = through_fit(weights, self.surface.gradients, self.unworn, self.surface.solver(self.unworn))
         spread = math.hypot(
-            Roughness.of(self.grid, self.unworn, self.lost, self.parameters).spread(
-                through_fit(weights, gradients, self.unworn)
-            ),
+            Roughness.of(self.grid, self.unworn, self.lost, len(self.surface.parameters)).spread(through),
             by_sampling(self.grid, region, self.lost),
+            self.waviness * float(np.sum(weights)),
             self._within(ring) / math.sqrt(3),
             self._within(outside) / math.sqrt(3),
             float(np.sum(weights * self.apart)) / 2,
@@ -275,7 +168,7 @@ class MapDifference:
         return np.asarray(self.changed & np.isin(parts, np.unique(parts[self._edge])))
 
     def _refuse_unmeasured(self) -> None:
-        both = self.grid.measured & self.surface.measured(self.grid)
+        both = self.grid.measured & self.surface.measured
         missing = float(np.mean(~both[self.scar]))
         if missing > MOST_MISSING:
             raise FitError(
@@ -287,10 +180,9 @@ class MapDifference:
 def map_difference(after: Sequence[Profile], before: Sequence[Profile]) -> MapDifference:
     """Register two height maps of the same place to each other, and return their difference.
 
-    Shift, height and two slopes are fitted by least squares to the surroundings of the scar, from which everything that
-    has changed is excluded iteratively; a rotation as well, if it is small and exceeds five standard uncertainties. The
-    first shift is that at which the roughness of both maps correlates best. Heights of the map before are interpolated
-    by a cubic spline, so that the distances between points may differ.
+    Shift, height and two slopes are fitted to the surroundings of the scar, from which everything that has changed is
+    excluded by turns; a rotation as well, where it is small and exceeds five standard uncertainties. Heights of the map
+    before are interpolated by a cubic spline, so that the distances between points may differ.
 
     Parameters
     ----------
@@ -307,161 +199,62 @@ def map_difference(after: Sequence[Profile], before: Sequence[Profile]) -> MapDi
     FitError
         If the maps are identical, overlap too little, differ in their surroundings, or do not show any change.
     """
-    grid, earlier = height_map(after), height_map(before)
+    return _difference(_Scanned.of(after), _Scanned.of(before))
+
+
+@dataclass(frozen=True)
+class _Scanned:
+    """Scan lines, equal to others of the same content."""
+
+    content: bytes
+    lines: Sequence[Profile] = field(compare=False)
+
+    @classmethod
+    def of(cls, lines: Sequence[Profile]) -> "_Scanned":
+        """Return scan lines with what tells them from others."""
+        found = hashlib.sha256()
+        for line in lines:
+            found.update(repr((line.across, len(line.position))).encode())
+            found.update(np.ascontiguousarray(line.position).tobytes() + np.ascontiguousarray(line.height).tobytes())
+        return cls(found.digest(), lines)
+
+
+@lru_cache(maxsize=8)  # a run is asked for it several times: by its checks, its volumes, its depths
+def _difference(after: _Scanned, before: _Scanned) -> MapDifference:
+    grid, earlier = height_map(after.lines), height_map(before.lines)
     if grid.height.shape == earlier.height.shape and np.array_equal(grid.height, earlier.height, equal_nan=True):
         raise FitError(
             "map: found identical maps before and after the test; expected two measurements; correct before in run.toml"
         )
-    return _without_spikes(_find(grid, *_at_first(grid, earlier)))
+    return _without_spikes(_find(*placed(grid, earlier)))
 
 
-def _at_first(grid: HeightMap, earlier: HeightMap) -> tuple[_Unworn, Mask]:
-    """Return the surface registered by the edge of the map, and the cells there."""
-    before, failed = _Before.of(earlier), None
-    found: list[tuple[float, _Unworn, Mask]] = []
-    for shift in (*(_likeliest_shift(grid, earlier, band) for band in _TEXTURES), (0.0, 0.0)):
-        try:
-            found.append(_robust(grid, _Unworn(before, np.array([*shift, 0.0, 0.0, 0.0, 0.0]))))
-        except FitError as error:
-            failed = error
-    if failed is not None and not found:
-        raise failed
-    _, surface, frame = min(found, key=lambda one: one[0])
-    return surface, frame
-
-
-def _likeliest_shift(grid: HeightMap, earlier: HeightMap, band: tuple[float, float]) -> tuple[float, float]:
-    """Return the shift, m, by whole cells, at which the roughness of both maps correlates most significantly."""
-    wide, long = _step(grid.x), _step(grid.y)
-    x, y = (_evenly(places, step) for places, step in ((earlier.x, wide), (earlier.y, long)))
-    before = _Before.of(earlier)
-    across, along = np.meshgrid(y, x, indexing="ij")
-    there = np.where(before.measured(along, across), before.height(along, across), np.nan)
-    one, other = _texture(grid.height, band), _texture(there, band)
-    shape = one.shape[0] + other.shape[0], one.shape[1] + other.shape[1]
-
-    def correlated(first: Column, second: Column) -> Column:
-        return np.asarray(np.fft.irfft2(np.fft.rfft2(first, shape) * np.conj(np.fft.rfft2(second, shape)), shape))
-
-    seen, shown = (np.isfinite(values).astype(float) for values in (grid.height, there))
-    pairs = correlated(seen, shown)
-    powers = correlated(one**2, shown) * correlated(seen, other**2)
-    likely = pairs >= _LEAST_OVERLAP * np.sum(seen)
-    agreement = correlated(one, other) * np.sqrt(np.abs(pairs) / np.maximum(powers, 1e-300))
-    score = np.where(likely & (powers > 0), agreement, -1.0)
-    row, column = np.unravel_index(int(np.argmax(score)), shape)
-    rows, columns = (
-        int(place) - size * (place >= part) for place, size, part in zip((row, column), shape, one.shape, strict=True)
-    )
-    return grid.x[0] + columns * wide - x[0], grid.y[0] + rows * long - y[0]
-
-
-def _evenly(places: Column, step: float) -> Column:
-    return np.arange(places[0], places[-1] + step / 2, step)
-
-
-def _texture(heights: Column, band: tuple[float, float]) -> Column:
-    """Return the roughness of a map, in its own standard deviations; 0 where it was not measured."""
-    from scipy.ndimage import gaussian_filter
-
-    filled, _ = bridged(heights)
-    seen = np.isfinite(heights)
-    y, x = (places - np.mean(places) for places in np.indices(heights.shape))
-    shape = np.stack([np.ones(x.shape), x, y, x**2, x * y, y**2], axis=-1)
-    form = shape @ least_squares(shape[seen], heights[seen])
-    left = np.where(np.isfinite(filled), filled - form, 0.0)
-    fine, coarse = (gaussian_filter(left, width) for width in band)
-    found = fine - coarse
-    # At the border a filter shows the slope of the form, which is there at no shift at all.
-    seen &= from_edge(np.isfinite(filled)) > band[1]
-    if not np.any(seen):
-        return np.zeros(heights.shape)
-    spread = MAD * float(np.median(np.abs(found[seen]))) or 1.0
-    return np.where(seen, np.clip(found / spread, -_CLIPPED, _CLIPPED), 0.0)
-
-
-def _frame(both: Mask) -> Mask:
-    """Return the cells along the edge of the overlap."""
-    away = from_edge(_filled(both))
-    return np.asarray(both & (away <= max(1.0, FRAME * float(np.max(away)))))
-
-
-def _filled(cells: Mask) -> Mask:
-    from scipy.ndimage import binary_closing, binary_fill_holes
-
-    closed = binary_closing(np.pad(cells, 2), np.ones((3, 3)))[2:-2, 2:-2]
-    return np.asarray(binary_fill_holes(closed | cells))
-
-
-def _robust(grid: HeightMap, surface: _Unworn) -> tuple[float, _Unworn, Mask]:
-    """Register by least absolute deviations along the edge; return also the median of what is left, and the cells."""
-    for _ in range(_STEPS):
-        cells = _frame(surface.overlap(grid))
-        left = (grid.height - surface.height(grid))[cells]
-        if not np.any(surface.parameters[2:]):
-            surface = surface.moved(np.array([0.0, 0.0, float(np.median(left)), 0.0, 0.0]))
-            left = left - np.median(left)
-        size = np.abs(left)
-        weights = 1 / np.sqrt(np.maximum(size, 0.1 * float(np.median(size)) + np.finfo(float).tiny))
-        gradients = surface.gradients(grid, _WITHOUT_ROTATION)[cells]
-        steps = least_squares(gradients * weights[:, None], left * weights)
-        surface = surface.moved(steps)
-        if np.max(np.abs(gradients @ steps)) <= _CONVERGED * float(np.median(size)):
-            break
-    cells = _frame(surface.overlap(grid))
-    return float(np.median(np.abs(grid.height - surface.height(grid))[cells])), surface, cells
-
-
-def _fitted(grid: HeightMap, cells: Mask, surface: _Unworn, parameters: int) -> _Unworn:
-    for _ in range(_STEPS):
-        kept = cells & surface.overlap(grid)
-        left = (grid.height - surface.height(grid))[kept]
-        gradients = surface.gradients(grid, parameters)[kept]
-        steps = least_squares(gradients, left)
-        surface = surface.moved(steps)
-        if np.max(np.abs(gradients @ steps)) <= _CONVERGED * float(np.std(left)):
-            break
-    return surface
-
-
-def _rotated(grid: HeightMap, cells: Mask, surface: _Unworn) -> tuple[_Unworn, int]:
-    """Return the surface with a rotation, if the maps clearly show a small one, and its number of parameters."""
-    rotated = _fitted(grid, cells, surface, _WITH_ROTATION)
-    kept = cells & rotated.overlap(grid)
-    lost = np.where(kept, rotated.height(grid) - grid.height, 0.0)
-    by_heights = np.zeros(kept.shape)
-    by_heights[kept] = np.linalg.pinv(rotated.gradients(grid)[kept])[-1]
-    spread = Roughness.of(grid, kept, lost, _WITH_ROTATION).spread(by_heights)
-    clear = _CLEARLY * spread < abs(rotated.parameters[5]) < _MOST_ROTATED
-    return (rotated, _WITH_ROTATION) if clear else (surface, _WITHOUT_ROTATION)
-
-
-def _find(grid: HeightMap, surface: _Unworn, unworn: Mask) -> MapDifference:
+def _find(surface: Placed, unworn: Mask) -> MapDifference:
     """Register the maps and find what has changed, each by the other, from a first guess on."""
-    parameters = _WITHOUT_ROTATION
+    grid = surface.grid
     for number in range(_ROUNDS):
-        before, unworn = unworn, _seen(grid, surface, unworn, parameters).unworn
+        before, unworn = unworn, _seen(surface, unworn).unworn
         if np.count_nonzero(unworn) < FEWEST_UNWORN * np.count_nonzero(grid.inside()):
             raise _different()
-        surface = _fitted(grid, unworn, surface, parameters)
-        if number == 1:
-            surface, parameters = _rotated(grid, unworn, surface)
+        surface = surface.fitted(unworn)
+        if number == _ROTATED_IN:
+            surface = surface.rotated(unworn)
         elif np.array_equal(before, unworn):
             break
-    found = replace(_seen(grid, surface, unworn, parameters), unworn=unworn & surface.overlap(grid))
+    found = replace(_seen(surface, unworn), unworn=unworn & surface.comparable())
     _refuse_other_surface(found)
     _refuse_coarse(found)
     return found
 
 
-def _seen(grid: HeightMap, surface: _Unworn, unworn: Mask, parameters: int) -> MapDifference:
+def _seen(surface: Placed, unworn: Mask) -> MapDifference:
     """Return what a registration lets be seen of the change, and which cells are unworn then."""
     from scipy.ndimage import label, uniform_filter
 
-    both = surface.overlap(grid)
+    grid, both = surface.grid, surface.overlap()
     unworn = unworn & both
-    lost, apart = bridged(np.where(both, surface.height(grid) - grid.height, np.nan))
-    overlap = _filled(both) & np.isfinite(lost)
+    lost, apart = bridged(np.where(both, surface.height - grid.height, np.nan))
+    overlap = without_holes(both) & np.isfinite(lost)
     lost, apart = (np.where(overlap, values, 0.0) for values in (lost, apart))
     smooth = uniform_filter(lost, SMOOTHED)
     noise = MAD * float(np.median(np.abs(smooth[unworn])))
@@ -479,9 +272,8 @@ def _seen(grid: HeightMap, surface: _Unworn, unworn: Mask, parameters: int) -> M
         )
     single = MAD * float(np.median(np.abs(lost[unworn])))
     level = both & (size <= clear) & (np.abs(lost) <= max(STANDS_OUT * single, clear))
-    return MapDifference(
-        grid, surface, parameters, level & ~dilated(changed, 2 * _margin(changed)), overlap, changed, lost, apart
-    )
+    unworn = level & ~dilated(changed, 2 * _margin(changed))
+    return MapDifference(surface, unworn, overlap, changed, lost, apart)
 
 
 def _margin(changed: Mask) -> int:
@@ -492,15 +284,13 @@ def _without_spikes(found: MapDifference) -> MapDifference:
     """Return the difference with spikes of either map treated as missing."""
     from scipy.ndimage import median_filter
 
-    grid = found.grid
     level = median_filter(found.lost, SPIKE_WIDTH)
     off = np.abs(found.lost - level)
     spread = MAD * float(np.median(off[found.overlap]))
     spikes = found.overlap & (off > max(NO_NOISE * spread, SPIKE * float(np.max(np.abs(level)))))
     if not np.any(spikes):
         return found
-    grid = replace(grid, height=np.where(spikes, np.nan, grid.height))
-    return _find(grid, found.surface, found.unworn & ~spikes)
+    return _find(found.surface.without(spikes), found.unworn & ~spikes)
 
 
 def _different(found: str = "surroundings that differ between the maps before and after the test") -> FitError:
@@ -511,20 +301,15 @@ def _different(found: str = "surroundings that differ between the maps before an
 
 
 def _refuse_other_surface(found: MapDifference) -> None:
-    """Refuse maps whose surroundings agree much worse than their roughness."""
-    from scipy.ndimage import gaussian_filter
-
-    grid = found.grid
-    rough = grid.height - gaussian_filter(np.where(grid.measured, grid.height, found.surface.height(grid)), _WAVINESS)
-    roughness, residual = (MAD * float(np.median(np.abs(one[found.unworn]))) for one in (rough, found.lost))
-    around = found.overlap & ~dilated(found.scar, 2 * found.margin) & grid.measured
+    """Refuse maps whose surroundings differ, other than by noise, by what is no longer little beside the depth."""
+    around = found.overlap & ~dilated(found.scar, 2 * found.margin) & found.grid.measured
     if np.count_nonzero(found.unworn) < _FEWEST_AROUND * np.count_nonzero(around):
         raise _different()
     depth = float(np.max(np.abs(found.lost[found.scar])))
-    if residual > max(_OTHER_PLACE * roughness, IN_FORM * depth):
+    if found.waviness > _OTHER_FORM * depth:
         raise _different(
-            f"surroundings that differ by {show(residual, None, 'm', 'um')} between the maps before and after the "
-            f"test, with a roughness of {show(roughness, None, 'm', 'um')}"
+            f"surroundings that differ by {show(found.waviness, None, 'm', 'um')} over many points between the maps "
+            f"before and after the test, with a depth of {show(depth, None, 'm', 'um')}"
         )
 
 

@@ -19,37 +19,34 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, height_map
+from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map
+from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness, by_sampling, through_fit
 from tribopipe.evaluation.measurements.profile_levelling import Mask
+from tribopipe.evaluation.measurements.scar_limits import (
+    EDGE,
+    FEWEST_ACROSS,
+    FEWEST_UNWORN,
+    FRAME,
+    IN_FORM,
+    MARGIN,
+    MOST_MISSING,
+    NO_NOISE,
+    SMOOTHED,
+    SPIKE,
+    SPIKE_WIDTH,
+    STANDS_OUT,
+)
 from tribopipe.physics.geometry import cap_height
 from tribopipe.results.run import Profile
 
-FRAME = 0.2
-"""Share of the greatest distance from the edge of the map within which the surface is first taken to be unworn."""
 _ROUNDS, _STEPS, _CONVERGED = 15, 10, 1e-9
-SMOOTHED = 3
-"""Cells along either side over which heights are averaged where the scar is looked for."""
-EDGE, STANDS_OUT, NO_NOISE = 2.0, 4.0, 8.0
-"""Standard deviations of the noise: where the scar ends; what is not unworn; what is no noise in any cell."""
-IN_FORM = 0.02
-"""Share of the depth within which a surface may be unworn."""
-MARGIN = 0.06
-"""Share of the scar's radius by which it is taken wider than where it is seen to end."""
-SPIKE, SPIKE_WIDTH = 0.1, 5
-"""Share of the depth, and cells of the median, by which a spike stands out of its neighborhood."""
-FEWEST_UNWORN = 0.1
-"""Share of the map that has to be unworn."""
-FEWEST_ACROSS = 8
-"""Scan lines, and columns of cells, that have to lead through a scar."""
-MOST_MISSING = 0.25
-"""Share of the scar that may be missing."""
 _CERTAIN = 5.0
 """Standard uncertainties by which a volume must exceed zero."""
 _CLEAR, _WRONG = 3.0, 0.25
 """Standard uncertainties of their difference by which the radius of the unworn surface contradicts that stated; and the
 relative difference that is no error of scale."""
-MAD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+_PARAMETERS = 4
+"""Position and height of the apex, and the radius."""
 
 
 class MapVolume(NamedTuple):
@@ -187,25 +184,11 @@ class _Scar:
         return np.asarray(np.linalg.pinv(self.sphere.gradients(self.grid)[self.unworn][:, :3]))
 
 
-def dilated(mask: Mask, cells: int) -> Mask:
-    """Return a part of a map with so many cells around it."""
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(mask, iterations=cells)) if cells else mask
-
-
 def _at_first(grid: HeightMap, radius: float) -> tuple[_Sphere, Mask]:
     """Return the sphere along the edge of the map, and the cells there."""
     away = from_edge(grid.inside())
     frame = grid.measured & (away <= max(1.0, FRAME * float(np.max(away))))
     return _robust(grid, frame, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height)))), frame
-
-
-def from_edge(inside: Mask) -> Column:
-    """Return the distance of each cell from the edge of the map, in cells; 1 at the edge, 0 outside."""
-    from scipy.ndimage import distance_transform_edt
-
-    return np.asarray(distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1])
 
 
 def _find(grid: HeightMap, sphere: _Sphere, unworn: Mask) -> _Scar:
@@ -233,15 +216,14 @@ def _robust(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
     for _ in range(_STEPS):
         gradients = sphere.gradients(grid)[cells]
         left = (grid.height - sphere.height(grid))[cells]
-        steps = least_squares(gradients * weights[:, None], left * weights)
+        steps = _least_squares(gradients * weights[:, None], left * weights)
         sphere = sphere.moved(steps, grid)
         left = np.abs(left - gradients @ steps)
         weights = 1 / np.sqrt(np.maximum(left, 0.1 * float(np.median(left)) + np.finfo(float).tiny))
     return sphere
 
 
-def least_squares(gradients: Column, left: Column) -> Column:
-    """Return the steps of parameters that explain what is left, of columns of any scale."""
+def _least_squares(gradients: Column, left: Column) -> Column:
     scale = np.linalg.norm(gradients, axis=0)
     return np.asarray(np.linalg.lstsq(gradients / scale, left, rcond=None)[0] / scale, dtype=np.float64)
 
@@ -249,7 +231,7 @@ def least_squares(gradients: Column, left: Column) -> Column:
 def _fitted(grid: HeightMap, cells: Mask, sphere: _Sphere) -> _Sphere:
     for _ in range(_STEPS):
         gradients = sphere.gradients(grid)[cells]
-        steps = least_squares(gradients, (grid.height - sphere.height(grid))[cells])
+        steps = _least_squares(gradients, (grid.height - sphere.height(grid))[cells])
         sphere = sphere.moved(steps, grid)
         if np.max(np.abs(gradients @ steps)) <= _CONVERGED * float(np.ptp(grid.height[cells])):
             break
@@ -329,17 +311,15 @@ def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
     """Return the volume with its uncertainty. Raises ``FitError`` where it is no larger than that allows."""
     region = scar.widened(scar.margin)
     weights = np.where(region, scar.grid.area, 0.0)
-    missing, roughness = _in_holes(scar), Roughness.of(scar.grid, scar.unworn, scar.lost)
+    missing, roughness = _in_holes(scar), Roughness.of(scar.grid, scar.unworn, scar.lost, _PARAMETERS)
     by_radius = _by_radius(scar, weights)
     seen = Quantity(value=scar.sphere.radius, unit="m", standard_uncertainty=roughness.spread(by_radius.of_heights))
     share = _share_of_stated(radius, seen)
     volume = float(np.sum(weights * (scar.lost + missing)))
     volume += share * by_radius.volume * (radius.value - seen.value)
     ring = scar.widened(2 * scar.margin) & ~scar.worn
-    through = (
-        through_fit(weights, scar.sphere.gradients(scar.grid)[..., :3], scar.unworn)
-        + (1 - share) * by_radius.volume * by_radius.of_heights
-    )
+    fitted = through_fit(weights, scar.sphere.gradients(scar.grid)[..., :3], scar.unworn, scar.solver)
+    through = fitted + (1 - share) * by_radius.volume * by_radius.of_heights
     spread = math.hypot(
         roughness.spread(through),
         by_sampling(scar.grid, region, scar.lost),
@@ -388,17 +368,6 @@ def _in_holes(scar: _Scar) -> Column:
     return np.where(scar.worn & ~scar.grid.measured & np.isfinite(level), level - scar.lost, 0.0)
 
 
-def through_fit(weights: Column, gradients: Column, unworn: Mask) -> Column:
-    """Return the weights with which the heights of all cells make up a volume, directly and through the fit.
-
-    ``gradients`` are the derivatives of the unworn surface by its parameters, the last axis.
-    """
-    pull = np.tensordot(weights, gradients, axes=2)
-    through = -weights
-    through[unworn] += pull @ np.linalg.pinv(gradients[unworn])
-    return through
-
-
 class _ByRadius(NamedTuple):
     """What the radius of the sphere does to a volume, and what heights do to that radius."""
 
@@ -414,61 +383,3 @@ def _by_radius(scar: _Scar, weights: Column) -> _ByRadius:
     alone = slope - gradients[..., :3] @ (scar.solver @ slope[scar.unworn])
     shown = np.where(scar.unworn, alone, 0.0)
     return _ByRadius(float(np.sum(weights * alone)), shown / float(np.sum(shown**2)))
-
-
-def by_sampling(grid: HeightMap, region: Mask, lost: Column) -> float:
-    """Return how far the volume may be off because heights are known at some places only, m³.
-
-    By maps of every second line and column: of four, which a trapezoidal rule makes four times as wrong.
-    """
-    share = np.where(region, grid.area * lost, 0.0)
-    coarse = [4 * float(np.sum(share[row::2, column::2])) for row in (0, 1) for column in (0, 1)]
-    return float(np.std(coarse)) / 3
-
-
-@dataclass(frozen=True)
-class Roughness:
-    """Covariance of the heights of the unworn surface, m², by the distance between cells."""
-
-    values: Column
-    """On a grid twice as large as the map, whose first cell is the variance."""
-
-    @classmethod
-    def of(cls, grid: HeightMap, unworn: Mask, lost: Column, parameters: int = 4) -> "Roughness":
-        """Return the covariance of what a fitted surface leaves of the unworn cells, up to where it is first none."""
-        kept = unworn.astype(float)
-        shape = 2 * kept.shape[0], 2 * kept.shape[1]
-        pairs = _correlated(kept, shape)
-        covariance = np.divide(_correlated(kept * lost, shape), pairs, out=np.zeros(shape), where=pairs > _FEWEST_PAIRS)
-        near = _up_to_first_zero(covariance, grid)
-        independent = np.sum(kept) * covariance[0, 0] / max(float(np.sum(covariance[near])), covariance[0, 0])
-        # The fit takes as many of the independent deviations as it has parameters.
-        left = max(1 - parameters / independent, 0.5)
-        return cls(np.where(near, covariance, 0.0) / left)
-
-    def spread(self, weights: Column) -> float:
-        """Return the standard deviation of a weighted sum of heights."""
-        total = float(np.sum(self.values * _correlated(weights, self.values.shape)))
-        return math.sqrt(max(total, float(self.values[0, 0] * np.sum(weights**2))))
-
-
-_FEWEST_PAIRS = 0.5
-"""Pairs of cells; fewer are rounding."""
-
-
-def _correlated(values: Column, shape: tuple[int, ...]) -> Column:
-    """Return the sum of products of values by the distance between their cells."""
-    return np.asarray(np.fft.irfft2(np.abs(np.fft.rfft2(values, shape)) ** 2, shape))
-
-
-def _up_to_first_zero(covariance: Column, grid: HeightMap) -> Mask:
-    """Return the distances within that at which the covariance, averaged over all directions, is first not positive."""
-    rows, columns = covariance.shape
-    steps = float(np.ptp(grid.y)) / (len(grid.y) - 1), float(np.ptp(grid.x)) / (len(grid.x) - 1)
-    down, right = (np.fft.fftfreq(count, 1 / count) * step for count, step in zip((rows, columns), steps, strict=True))
-    away = np.hypot(down[:, None], right)
-    bins = np.rint(away / max(steps)).astype(int)
-    means = np.bincount(bins.ravel(), covariance.ravel()) / np.bincount(bins.ravel())
-    means = means[: max(len(grid.x), len(grid.y)) // 2]
-    ends = int(np.argmax(means <= 0)) if np.any(means <= 0) else len(means)
-    return np.asarray(bins < max(ends, 1))
