@@ -142,6 +142,17 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
     assert joint.anchors == 1
 
 
+@pytest.mark.filterwarnings("error")
+def test_search_starts_where_no_wear_was_measured():
+    """A depth of 0 ± 0.25 µm, as it is read from a pin with little wear: the reading still shows a k_D."""
+    _, raw = virtual("wc-co-water-400mN")
+    found, near = (
+        float(joint.solve(joint.values))
+        for _, joint in (problems(with_end(raw, pin_wear_depth=metres(depth, 2.5e-7))) for depth in (0.0, 1e-11))
+    )
+    assert found == pytest.approx(near, rel=1e-3)
+
+
 @pytest.mark.parametrize("run_id", CASES)
 def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     truth, raw = virtual(run_id, sensors=quiet())

@@ -53,6 +53,8 @@ _CONVERGED = 1e-12
 _LEAST_STEP = 1e-300
 _LEAST_RATIO = -0.5
 """Depth of a groove over that of the pin below which a draw of it is not taken: none is so far above the disc."""
+_LEAST_WEAR = 1e-12
+"""Depth, m, from which the search starts at least, since no k_D belongs to none."""
 _LEAST_LOG_K = 14.0
 """A k_D this many e-folds below where the search starts is no wear at all."""
 _STEP = 1e-4
@@ -280,7 +282,8 @@ class WearProblem:
 
     def _search_range(self, values: Values) -> tuple[Column, Column, Column]:
         pin, unit = self.pin(values), self.unit_volume(values)[..., -1]
-        worn = np.maximum(self.starting_depth(values), 1e-3 * abs(float(self.end_depth(self.values))))
+        least = max(1e-3 * abs(float(self.end_depth(self.values))), _LEAST_WEAR)
+        worn = np.maximum(self.starting_depth(values), least)
         start = np.log(_last(pin.volume(worn)) / unit)
         return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
 
