@@ -8,6 +8,7 @@ import subprocess
 import numpy as np
 import openpyxl
 import pandas
+import pyarrow.parquet
 import pytest
 import python_calamine
 from folders import SAMPLES
@@ -15,8 +16,18 @@ from folders import SAMPLES
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import COLUMNS, columns_named
 from tribopipe.archive.store import Archive
+from tribopipe.base.errors import NotInstalledError
 from tribopipe.pipeline.stages import process
-from tribopipe.views.run_tables import FORMS, _rounded, _siunitx, runs_csv, runs_latex, runs_markdown, runs_workbook
+from tribopipe.views.run_tables import (
+    FORMS,
+    _rounded,
+    _siunitx,
+    runs_csv,
+    runs_latex,
+    runs_markdown,
+    runs_parquet,
+    runs_workbook,
+)
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -138,6 +149,24 @@ def test_latex_is_typeset(heavy_runs, tmp_path, comma):
     assert (tmp_path / "runs.pdf").stat().st_size > 0
 
 
+def test_parquet_is_read_as_the_table_of_the_archive(archive, runs):
+    table = pandas.read_parquet(io.BytesIO(runs_parquet(runs)))
+    known = Archive(archive).table()
+    units = known.attrs["units"]
+    pandas.testing.assert_frame_equal(table[[*units]], known[[*units]], check_exact=True)
+    texts = known.columns.drop([*units])
+    assert table[texts].astype(object).where(table[texts].notna(), None).equals(known[texts].astype(object))
+    fields = pyarrow.parquet.read_schema(io.BytesIO(runs_parquet(runs)))
+    assert {name: fields.field(name).metadata[b"unit"].decode() for name in units} == units
+    assert list(table) == list(known)
+    assert units["u_k_d"] == "m^2/N"
+
+
+def test_chosen_columns_of_parquet_are_numbers_even_where_nothing_is_known(heavy_runs):
+    content = runs_parquet(heavy_runs, columns_named("id,load,k_d"))
+    assert pandas.read_parquet(io.BytesIO(content)).dtypes[["load", "k_d", "u_k_d"]].eq(float).all()
+
+
 def test_markdown_is_a_table(heavy_runs):
     lines = runs_markdown(heavy_runs, columns_named("id,load,k_d,comment")).decode().splitlines()
     cells = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
@@ -168,6 +197,8 @@ def test_texts_are_never_formulas_nor_markup(heavy_runs, suffix):
         assert (cell.data_type, cell.value) == ("s", comment)
     elif suffix == ".csv":
         assert pandas.read_csv(io.BytesIO(content))["comment"][0] == f"'{comment}"
+    elif suffix == ".parquet":
+        assert pandas.read_parquet(io.BytesIO(content))["comment"][0] == comment
     elif suffix == ".tex":
         assert r"=1+1; 50 \% | \_a\_ \& $\mu$" in content.decode()
     else:
@@ -230,7 +261,10 @@ def test_other_forms_are_refused(run_cli, archive, options, said):
     assert said in " ".join(told.stderr.replace("│", " ").split())
 
 
-def test_workbook_without_its_package_names_the_extra(runs, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
-    with pytest.raises(Exception, match=r'pip install "tribopipe\[excel\]"'):
-        runs_workbook(runs)
+@pytest.mark.parametrize(
+    ("package", "extra", "write"), [("openpyxl", "excel", runs_workbook), ("pyarrow", "parquet", runs_parquet)]
+)
+def test_form_without_its_package_names_the_extra(runs, monkeypatch, package, extra, write):
+    monkeypatch.setitem(__import__("sys").modules, package, None)
+    with pytest.raises(NotInstalledError, match=rf'pip install "tribopipe\[{extra}\]"'):
+        write(runs)

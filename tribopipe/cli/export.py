@@ -133,8 +133,8 @@ def export_runs(
         typer.Option(
             "--output",
             "-o",
-            help="File to write: .csv, .xlsx (Excel, Origin), .tex (LaTeX with booktabs and siunitx) or .md "
-            "(Markdown); default: CSV on stdout.",
+            help="File to write: .csv, .xlsx (Excel, Origin), .tex (LaTeX with booktabs and siunitx), .md (Markdown) "
+            "or .parquet (pandas, Polars, DuckDB, R; SI units); default: CSV on stdout.",
         ),
     ] = None,
     decimal_comma: Annotated[
@@ -150,8 +150,8 @@ def export_runs(
 ) -> None:
     """Write the list of runs for spreadsheets, scripts and papers.
 
-    Numbers are in the unit given in the heading, with their standard uncertainties u. CSV files and workbooks contain
-    all columns, with u in separate columns; LaTeX and Markdown files contain the columns that ls shows.
+    Numbers are in the unit given in the heading, with their standard uncertainties u. CSV files, workbooks and Parquet
+    files contain all columns, with u in separate columns; LaTeX and Markdown files contain the columns that ls shows.
     """
     from tribopipe.archive.catalog.listing import columns_named
     from tribopipe.base.files import write_file

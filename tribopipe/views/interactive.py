@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tribopipe.archive.catalog.catalog import Catalogue
-from tribopipe.archive.catalog.listing import COLUMNS, columns_named, usual_columns
+from tribopipe.archive.catalog.listing import columns_named, usual_columns
 from tribopipe.archive.store import Archive, ArchivedRun
 from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
 from tribopipe.base.files import replacing
-from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
+from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between
 from tribopipe.pipeline.output_paths import require_free
@@ -29,6 +29,7 @@ from tribopipe.views.archived_figures import run_figures
 from tribopipe.views.csv_files import csv_columns, csv_kinds, csv_of, head_of
 from tribopipe.views.page import shown
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_signals, plot_wear
+from tribopipe.views.run_tables import si_columns
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -102,18 +103,9 @@ def runs_table(archive: Path, where: str, sort: str, columns: str | None) -> "Da
 
     catalogue = Catalogue(archive)
     catalogue.refresh()
-    runs = catalogue.runs(where, sort)
-    found: dict[str, list[Any]] = {}
-    units: dict[str, str] = {}
-    for one in columns_named(columns) if columns else COLUMNS.values():
-        if one.kind == "number":
-            found[one.name] = [run.value(one.name) for run in runs]
-            found[f"u_{one.name}"] = [run.uncertainty(one.name) for run in runs]
-            units |= dict.fromkeys((one.name, f"u_{one.name}"), KINDS[one.measures].si)
-        else:
-            found[one.name] = [run.text(one.name) or None for run in runs]
-    table = DataFrame(found).astype(dict.fromkeys(units, float))
-    table.attrs["units"] = units
+    found = si_columns(catalogue.runs(where, sort), columns_named(columns) if columns else None)
+    table = DataFrame(found.values).astype(dict.fromkeys(found.units, float))
+    table.attrs["units"] = found.units
     return table
 
 

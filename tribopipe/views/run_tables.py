@@ -1,7 +1,8 @@
-"""The list of runs for other programs: CSV, spreadsheets, LaTeX, Markdown.
+"""The list of runs for other programs: CSV, spreadsheets, LaTeX, Markdown, Parquet.
 
-Headers are names and units. Standard uncertainties are in separate columns of machine-readable tables, and in the cell
-of the number in LaTeX and Markdown. Forces are in N if one of them is 1 N or more, otherwise in mN.
+Headers are names and units; a Parquet file has numbers in SI and names alone. Standard uncertainties are in separate
+columns of machine-readable tables, and in the cell of the number in LaTeX and Markdown. Forces are in N if one of them
+is 1 N or more, otherwise in mN.
 """
 
 import csv
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 
 from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, usual_columns
 from tribopipe.base.errors import NotInstalledError
-from tribopipe.base.units import force_unit, superscript
+from tribopipe.base.units import KINDS, force_unit, superscript
 from tribopipe.views.csv_files import csv_field, head_of
 
 Runs = Sequence[ListedRun]
@@ -123,6 +124,51 @@ def _cell(sheet: Any, value: float | str) -> Any:
     cell = WriteOnlyCell(sheet, ILLEGAL_CHARACTERS_RE.sub("�", value.encode("utf-8", "backslashreplace").decode()))
     cell.data_type = "s"
     return cell
+
+
+class SiColumns(NamedTuple):
+    """Columns of a list of runs, numbers in SI."""
+
+    values: dict[str, list[Any]]
+    """By name; "u_" with it is the standard uncertainty. None where nothing is known."""
+    units: dict[str, str]
+    """SI unit of each column of numbers; "1" where there is none."""
+
+
+def si_columns(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> SiColumns:
+    """Return columns of a list of runs, by default all, for programs that compute with them."""
+    found = SiColumns({}, {})
+    for one in COLUMNS.values() if columns is None else columns:
+        if one.kind == "number":
+            found.values[one.name] = [run.value(one.name) for run in runs]
+            found.values[f"u_{one.name}"] = [run.uncertainty(one.name) for run in runs]
+            found.units.update(dict.fromkeys((one.name, f"u_{one.name}"), KINDS[one.measures].si))
+        else:
+            found.values[one.name] = [run.text(one.name) or None for run in runs]
+    return found
+
+
+def runs_parquet(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> bytes:
+    """Return a list of runs as a Parquet file for pandas, Polars, DuckDB or R, numbers in SI.
+
+    Each column of numbers states its unit in its metadata, under "unit".
+
+    Raises ``NotInstalledError`` if pyarrow is not installed.
+    """
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError:
+        raise NotInstalledError(
+            "pyarrow: not installed; expected this package for writing Parquet files; run "
+            'pip install "tribopipe[parquet]"'
+        ) from None
+    found = si_columns(runs, columns)
+    numbers = {name: pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in found.units.items()}
+    fields = [numbers.get(name) or pa.field(name, pa.string()) for name in found.values]
+    written = io.BytesIO()
+    parquet.write_table(pa.table(found.values, schema=pa.schema(fields)), written)
+    return written.getvalue()
 
 
 class _Column(NamedTuple):
@@ -299,6 +345,7 @@ FORMS: Mapping[str, Callable[..., bytes]] = {
     ".xlsx": runs_workbook,
     ".tex": runs_latex,
     ".md": runs_markdown,
+    ".parquet": runs_parquet,
 }
 """Functions that write a list of runs, by the suffix of the file."""
 WITH_COMMAS = (".csv", ".tex")
