@@ -392,7 +392,7 @@ def test_volume_and_mass_of_the_disc_are_compared():
 def test_examples_of_the_manual_can_be_written():
     text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
     blocks = re.findall(r"(?s)```toml\n(.*?)```", text)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     for block in blocks:
         document = tomllib.loads(block)
         for stop in document.get("interruptions", ()):

@@ -97,6 +97,12 @@ def before_key(key: str) -> str:
     return f"{key}{_BEFORE}"
 
 
+def paired_key(key: str) -> str | None:
+    """Return the key of the map after the test by that of a scan line before it; none for one that is not before."""
+    after, before, _ = key.partition(_BEFORE)
+    return after if before else None
+
+
 @dataclass(frozen=True)
 class Recording:
     """Recorded data of a run that is too long to be kept in memory; the run itself holds block means of it."""
@@ -152,11 +158,11 @@ class RawRun(Tabular):
     @property
     def single_profiles(self) -> dict[str, Profile]:
         """Profiles by their keys, without the height maps that are evaluated as the difference of two."""
-        paired = [key.partition(_BEFORE)[0] for key in self.profiles if _BEFORE in key]
+        paired = {paired_key(key) for key in self.profiles} - {None}
         return {
             key: profile
             for key, profile in self.profiles.items()
-            if not any(key == one or key.startswith((f"{one}[", before_key(one))) for one in set(paired))
+            if not any(key == one or key.startswith((f"{one}[", f"{one}{_BEFORE}")) for one in paired)
         }
 
     @property

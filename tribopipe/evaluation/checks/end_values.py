@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from itertools import combinations, product
+from itertools import combinations
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
@@ -22,9 +22,11 @@ from tribopipe.evaluation.measurements.track_profile import reference_radius, wo
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.measurements.worn_pair import contradictions, surest
 from tribopipe.physics.geometry import scar_depth
-from tribopipe.results.run import Profile, RawRun
+from tribopipe.results.run import Profile, RawRun, paired_key
 
 _ITEM = re.compile(r"\[\d+\]$")
+_TRACK = ".disc_profile"
+"""End of the key of a track, which may lead beyond the edge of its map."""
 """Number of a scan line at the end of its key."""
 
 
@@ -135,11 +137,10 @@ def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
 
 def _no_difference(run: RawRun) -> Iterator[Trouble]:
     """Name height maps before and after the test of which no volume can be taken."""
-    for part, body in product((part for part, _ in _parts(run.manifest)), ("pin", "disc")):
-        where = f"{part}.{body}_profile"
+    for where in dict.fromkeys(paired for key in run.profiles if (paired := paired_key(key)) is not None):
         try:
             for one in differences_at(run, where):
-                if body == "pin" or not one.reaches_edge:
+                if not (one.reaches_edge and where.endswith(_TRACK)):
                     one.volume()
         except FitError as error:
             yield _no_wear(where, FitError("map: " + str(error).rpartition("map: ")[2]))
