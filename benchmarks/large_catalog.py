@@ -59,9 +59,9 @@ def answer_time(folder: Path) -> float:
 
 
 def added(folder: Path, run: Path) -> tuple[float, float]:
-    """Add a run to an archive and list it; return both times, s."""
+    """Add a run to an archive and ask for it; return both times, s."""
     ingested = command_time("ingest", str(run), "--archive", str(folder))
-    listed = command_time("ls", "--archive", str(folder))
+    listed = command_time("ls", "--archive", str(folder), "--where", f"id={run.name}")
     (folder / f"{run.name}.h5").unlink()
     return ingested, listed
 
@@ -96,7 +96,7 @@ def main() -> int:
         f"`tribopipe ls --where` of about {MATCHES} runs",
         f"first {FIRST_ROWS} rows of the table in the browser",
         "`tribopipe ingest` of a run",
-        "`tribopipe ls` after that",
+        "`tribopipe ls --where` of this run after that",
     )
     report.table(
         ["Processor time, s", *(f"{size:,} runs" for size in options.sizes)],
