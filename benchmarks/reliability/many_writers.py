@@ -153,7 +153,7 @@ def _listed_apart(archive: Path) -> list[str]:
 
 def _listed(database: Path) -> set[tuple[object, ...]]:
     with closing(sqlite3.connect(database)) as connection:
-        return {tuple(row) for row in connection.execute("SELECT * FROM listed")}
+        return {tuple(row)[1:] for row in connection.execute("SELECT * FROM listed")}  # without the row number
 
 
 def rows(found: Found, count: int) -> list[Row]:

@@ -2,7 +2,7 @@
 
 Only a check that took long is noted, so that a small archive is checked every time. A check is repeated once what was
 checked looks different, and in any case when 100 times its duration has passed: at most 1 % of the time is spent on it.
-The notes are kept with the locks, since a new file there does not change the time of the archive's folder.
+The notes are kept with the locks, since a new file there does not change the time of the folder above it.
 """
 
 import os

@@ -211,7 +211,7 @@ class _Scanned:
 
     @classmethod
     def of(cls, lines: Sequence[Profile]) -> "_Scanned":
-        """Return scan lines with what tells them from others."""
+        """Return scan lines with a hash of their content."""
         found = hashlib.sha256()
         for line in lines:
             found.update(repr((line.across, len(line.position))).encode())
@@ -301,7 +301,7 @@ def _different(found: str = "surroundings that differ between the maps before an
 
 
 def _refuse_other_surface(found: MapDifference) -> None:
-    """Refuse maps whose surroundings differ, other than by noise, by what is no longer little beside the depth."""
+    """Refuse maps whose surroundings differ, other than by noise, by too much in comparison with the depth."""
     around = found.overlap & ~dilated(found.scar, 2 * found.margin) & found.grid.measured
     if np.count_nonzero(found.unworn) < _FEWEST_AROUND * np.count_nonzero(around):
         raise _different()

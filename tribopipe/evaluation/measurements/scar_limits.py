@@ -1,4 +1,4 @@
-"""Limits by which a scar is told from the surface around it in a height map."""
+"""Limits by which a scar is distinguished from the surface around it in a height map."""
 
 FRAME = 0.2
 """Share of the greatest distance from the edge of the map within which the surface is first taken to be unworn."""
