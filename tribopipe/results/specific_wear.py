@@ -13,7 +13,8 @@ from tribopipe.documents.record import Record
 
 _KEY = re.compile(
     r"(?P<body>\w+?)_"
-    r"(?P<measured>wear_depth|wear_volume|mass_loss|profile|height_map|height_map_difference|profile_difference|track_width|track_area|"
+    r"(?P<measured>wear_depth|wear_volume|mass_loss|profile|height_map|height_map_difference|profile_difference|"
+    r"track_width|track_area|"
     r"scar_diameter|scar_length|scar_width)"
 )
 

@@ -284,7 +284,7 @@ def placed(after: HeightMap, before: HeightMap) -> tuple[Placed, Mask]:
     smooth, _ = _smoothed(after, width)
     surfaces = _Surface.of(before, _filled(before)), _Surface.of(*_smoothed(before, width))
     found, failed = [], None
-    for shift, favor in (((0.0, 0.0), _BETTER), (_by_roughness(after, before), 1.0)):
+    for shift, favor in (((0.0, 0.0), _BETTER), (_by_roughness(after, before, surfaces[0]), 1.0)):
         begun = Placed(after, smooth, *surfaces, np.array(shift), np.array([*shift, 0.0, 0.0, 0.0]))
         try:
             left, fitted, cells = begun.fitted_to_frame()
@@ -297,11 +297,10 @@ def placed(after: HeightMap, before: HeightMap) -> tuple[Placed, Mask]:
     return best, cells
 
 
-def _by_roughness(after: HeightMap, before: HeightMap) -> tuple[float, float]:
+def _by_roughness(after: HeightMap, before: HeightMap, surface: _Surface) -> tuple[float, float]:
     """Return the shift, m, by whole cells, at which the roughness of both maps correlates best."""
     wide, long = _step(after.x), _step(after.y)
     x, y = (_evenly(places, step) for places, step in ((before.x, wide), (before.y, long)))
-    surface = _Surface.of(before, _filled(before))
     across, along = np.meshgrid(y, x, indexing="ij")
     there = np.where(surface.shows(along, across), surface.height(along, across), np.nan)
     one, other = _roughness(after), _roughness(HeightMap(x, y, there, np.ones_like(there), y))
