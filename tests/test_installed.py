@@ -34,6 +34,7 @@ NEEDS = {
     "fair": ("export", "--ro-crate", "crate"),
     "fe": ("local-wear", "sample-run", "--engine", "fe", "--wear-coefficient", "13.5e-9 mm^3/(N*mm)", "--at", "1 m"),
     "hpc": ("process", "sample-run", "--scheduler", "local"),
+    "parquet": ("export", "runs", "-o", "runs.parquet"),
     "remote": ("ls", "--archive", ADDRESS),
     "surface": ("formats", "detect", "heights.sdf"),
     "tdms": ("formats", "detect", "forces.tdms"),
