@@ -41,6 +41,7 @@ PAIRS = {
     "only the disc": (0.0, 1e-12),
 }
 """Usual k_D of ball and disc, m²/N."""
+BODIES = ("pin", "disc")
 _SPREAD = np.log(2.0)
 """Coefficients are between half and twice the usual ones."""
 _SETTLING_TIME = 0.1
@@ -81,7 +82,7 @@ class Truth(NamedTuple):
         offset = np.append(np.ones(BLOCKS), 0.0)
         design = np.column_stack([slopes["ball"], slopes["disc"], offset])
         found = np.linalg.inv(design.T @ np.linalg.solve(covariance, design))
-        return dict(zip(("pin", "disc"), np.sqrt(np.diag(found))[:2].tolist(), strict=True))
+        return dict(zip(BODIES, np.sqrt(np.diag(found))[:2].tolist(), strict=True))
 
     def _slope(self, name: str, places: Column) -> Column:
         """Return how the readings change with the logarithm of a coefficient or factor, m."""
@@ -162,7 +163,7 @@ def outcomes(seed: int) -> list[Found]:
         truth = true(pair, rng)
         fit = fit_wear(run_of(truth, rng, settles=settles), "archard", recipe=FIRST_ORDER)
         ideal = truth.ideal(settles=settles) if truth.ball else {}
-        for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
+        for body, k_d in zip(BODIES, (truth.ball, truth.disc), strict=True):
             one = fit.bodies.get(body)
             if one is None:
                 found.append(Found(pair, settles, body, False, np.nan, np.nan, np.nan))
@@ -174,23 +175,45 @@ def outcomes(seed: int) -> list[Found]:
     return found
 
 
+def _group(found: Found) -> tuple[str, bool, str]:
+    return found.pair, found.settles, found.body
+
+
+def _summary(found: Sequence[Found]) -> list[str]:
+    """Return the columns for a group of tests: with k_D, covered, fraction, its interval, bias, u, u over ideal."""
+    given = [one for one in found if np.isfinite(one.relative)]
+    claimed = f"{len(given)} of {len(found)}"
+    if not given:
+        return [claimed] + [""] * 6
+    bias = float(np.mean([one.ratio for one in given if np.isfinite(one.ratio)])) - 1
+    u = float(np.median([one.relative for one in given]))
+    over_ideal = [one.over_ideal for one in given if np.isfinite(one.over_ideal)]
+    return [
+        claimed,
+        *share(sum(one.held for one in given), len(given)),
+        f"{100 * bias:+.1f} %",
+        f"{100 * u:.1f} %",
+        f"{np.median(over_ideal):.2f}" if over_ideal else "–",
+    ]
+
+
 def main(words: Sequence[str] | None = None) -> None:
     """Count how often intervals hold."""
     options = arguments(__doc__ or "", labs=200).parse_args(words)
     report = Report("k_D of both bodies from depth signal and groove", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = [found for part in in_parallel(outcomes, seeds, options) for found in part]
-    rows = []
-    for pair, settles, body in dict.fromkeys((one.pair, one.settles, one.body) for one in answers):
-        of = [one for one in answers if (one.pair, one.settles, one.body) == (pair, settles, body)]
-        given = [one for one in of if np.isfinite(one.relative)]
-        counted = share(sum(one.held for one in given), len(given)) if given else ["", "", ""]
-        medians = [float(np.median([getattr(one, name) for one in given])) for name in ("relative", "over_ideal")]
-        bias = float(np.mean([one.ratio for one in given])) - 1 if given else np.nan
-        over_ideal = f"{medians[1]:.2f}" if np.isfinite(medians[1]) else "–"
-        written = [f"{100 * bias:+.1f} %", f"{100 * medians[0]:.1f} %", over_ideal] if given else [""] * 3
-        claimed = f"{len(given)} of {len(of)}"
-        rows.append([pair, "yes" if settles else "no", body, claimed, *counted, *written])
+    groups = dict.fromkeys(_group(one) for one in answers)
+    rows = [
+        [
+            pair,
+            "yes" if settles else "no",
+            body,
+            *_summary([one for one in answers if _group(one) == (pair, settles, body)]),
+        ]
+        for pair, settles, body in groups
+    ]
+    rows += [["all", "yes or no", body, *_summary([one for one in answers if one.body == body])] for body in BODIES]
     report.say(
         "Only runs with a k_D are evaluated. The 95 % intervals of k_D are from first-order propagation. The bias is "
         "the mean of k_D divided by the true value, minus 1. u is the standard uncertainty of k_D; the last column "
