@@ -109,10 +109,27 @@ def test_depths_are_as_uncertain_as_those_of_the_giwm(pin_points):
 def test_the_economy_needs_finite_elements(run_cli):
     refused = run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--at", "1 m", "--scheme", "economy")
     assert refused.exit_code == 1
-    assert (
-        "found --scheme economy with a contact solver other than finite elements; expected finite elements; add "
-        "--engine fe" in refused.stderr
-    )
+    assert "found --scheme economy for a pin; expected finite elements; add --engine fe" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("shape", "disc", "of", "engines"),
+    [
+        ("spherical", K_D, "a pin on a counterbody that wears", "half-space"),
+        ("flat", None, "a flat pin", "rings or half-space"),
+    ],
+)
+def test_the_economy_asks_for_no_engine_that_is_then_refused(run_cli, tmp_path, shape, disc, of, engines):
+    text = (SAMPLES / PIN / "run.toml").read_text(encoding="utf-8").partition("[end_values]")[0]
+    text = text.replace('shape = "spherical"', f'shape = "{shape}"')
+    text = text.replace("[conditions]", '[conditions]\ntrack_radius = "4 mm"')
+    (tmp_path / "run.toml").write_text(text, encoding="utf-8")
+    both = ("--wear-coefficient", f"pin={K_D}") + (("--wear-coefficient", f"disc={disc}") if disc else ())
+    refused = run_cli("local-wear", tmp_path, *both, "--at", "1 m", "--scheme", "economy")
+    assert refused.exit_code == 1
+    assert f"found --scheme economy for {of}; expected finite elements, but only {engines}" in refused.stderr
+    assert "omit --scheme" in refused.stderr
+    assert "--engine fe" not in refused.stderr
 
 
 def test_finite_elements_are_not_for_a_flat_pin(run_cli, tmp_path):
@@ -120,7 +137,7 @@ def test_finite_elements_are_not_for_a_flat_pin(run_cli, tmp_path):
     (tmp_path / "run.toml").write_text(text.replace("spherical", "flat").partition("[end_values]")[0], encoding="utf-8")
     refused = run_cli("local-wear", tmp_path, *GIVEN, "--at", "1 m", "--engine", "fe")
     assert refused.exit_code == 1
-    assert "found a flat pin for finite elements" in refused.stderr
+    assert "found the engine 'fe' for a flat pin; expected rings or half-space" in refused.stderr
 
 
 @pytest.mark.slow

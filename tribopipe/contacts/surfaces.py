@@ -50,6 +50,15 @@ def usual_engine(contact: Contact, last: State) -> Engine:
     return _engines(contact, last).usual
 
 
+def economy_refused(contact: Contact, last: State) -> ContactError:
+    """Return the error that the scheme economy is for bodies, or an engine, without finite elements."""
+    engines = _engines(contact, last)
+    remedy = "; add --engine fe"
+    if "fe" not in engines.builders:
+        remedy = f", but only {engines.named} can be used; omit --scheme"
+    return ContactError(f"local wear: found --scheme economy for {engines.of}; expected finite elements{remedy}")
+
+
 def worn_bodies(surface: Surface, course: LocalWear, last: State) -> State:
     """Return the wear of a pin and of its track along a course, named as in ``last``; nothing for other bodies."""
     if not isinstance(surface, PinOnTrack):
@@ -71,7 +80,7 @@ def worn_bodies(surface: Surface, course: LocalWear, last: State) -> State:
 
 
 def _engines(contact: Contact, last: State) -> "_Engines":
-    return family_of(contact, _FAMILIES)(last)
+    return family_of(contact, _FAMILIES)(contact, last)
 
 
 def _pin_rings(contact: SlidingPin, values: Values, amount: float) -> Surface:
@@ -90,11 +99,6 @@ def _pin_grid(contact: SlidingPin, values: Values, amount: float) -> Surface:
 
 
 def _pin_elements(contact: SlidingPin, values: Values, amount: float) -> Surface:
-    if contact.pin.shape == "flat":
-        raise ContactError(
-            "local wear: found a flat pin for finite elements; expected a rounded pin, since the mesh would fold at "
-            "the edge of a flat pin; use --engine rings"
-        )
     radius = _pin_edges(contact, values, amount)
     return pin_body(
         normal_load=float(values["normal_load"]),
@@ -175,20 +179,29 @@ class _Engines(NamedTuple):
     usual: Engine
     builders: Mapping[Engine, Callable[..., Surface]]
 
+    @property
+    def named(self) -> str:
+        """Return their names, for messages."""
+        return " or ".join(self.builders)
 
-def _engines_of_a_pin(last: State) -> _Engines:
+
+def _engines_of_a_pin(contact: SlidingPin, last: State) -> _Engines:
     if "track_section" in last:
         # A groove is not axisymmetric.
         grid = partial(_pin_on_track, last=last)
         return _Engines("a pin on a counterbody that wears", "half-space", {"half-space": grid})
-    return _Engines("a pin", "rings", {"rings": _pin_rings, "half-space": _pin_grid, "fe": _pin_elements})
+    grids: dict[Engine, Callable[..., Surface]] = {"rings": _pin_rings, "half-space": _pin_grid}
+    if contact.pin.shape == "flat":
+        # The mesh would fold at its edge.
+        return _Engines("a flat pin", "rings", grids)
+    return _Engines("a pin", "rings", {**grids, "fe": _pin_elements})
 
 
-def _engines_of_discs(_: State) -> _Engines:
+def _engines_of_discs(_contact: TwinDisc, _last: State) -> _Engines:
     return _Engines("two discs", "half-space", {"half-space": _disc_grid, "fe": _disc_elements})
 
 
-_FAMILIES: dict[type[Contact], Callable[[State], _Engines]] = {
+_FAMILIES: dict[type[Contact], Callable[..., _Engines]] = {
     SlidingPin: _engines_of_a_pin,
     TwinDisc: _engines_of_discs,
 }
@@ -198,7 +211,7 @@ def _fit(engine: Engine, engines: _Engines) -> Callable[..., Surface]:
     """Return the builder of an engine. Raises ``ContactError`` where there is none."""
     if engine not in engines.builders:
         raise ContactError(
-            f"local wear: found the engine {engine!r} for {engines.of}; expected {' or '.join(engines.builders)}; "
+            f"local wear: found the engine {engine!r} for {engines.of}; expected {engines.named}; "
             "specify one of these engines, or omit the engine to use the default"
         )
     return engines.builders[engine]

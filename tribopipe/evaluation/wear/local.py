@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.surfaces import surface_of, usual_engine, worn_bodies
+from tribopipe.contacts.surfaces import economy_refused, surface_of, usual_engine, worn_bodies
 from tribopipe.contacts.wear import State
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -120,7 +121,7 @@ def wear_locally(
     known, places = scenario.worn(along), np.searchsorted(along, at)
     last = {name: column[-1] for name, column in known.items()}
     surface = surface_of(scenario.contact, values, float(amounts[-1]), last, how.engine)
-    course = _worn(surface, amounts[1:], how)
+    course = _worn(scenario.contact, surface, amounts[1:], last, how)
     rolling, both = scenario.slip is not None, worn_bodies(surface, course, last)
     # What a pin touches is round, unless its track wears; the points of a grid in contact are those of others.
     gridded = rolling or both
@@ -293,15 +294,12 @@ def _along(at: Sequence[float]) -> Column:
     return np.unique(np.concatenate([np.zeros(1), *stretches]))
 
 
-def _worn(surface: Surface, amounts: Column, how: LocalOptions) -> LocalWear:
+def _worn(contact: Contact, surface: Surface, amounts: Column, last: State, how: LocalOptions) -> LocalWear:
     every = how.update_mesh_every or None
     if how.scheme != "economy":
         return wear(surface, amounts, scheme=how.scheme, steps_per_decade=how.steps_per_decade, refresh_every=every)
     if not isinstance(surface, Elastic):
-        raise FitError(
-            "local wear: found --scheme economy with a contact solver other than finite elements; expected finite "
-            "elements; add --engine fe"
-        )
+        raise economy_refused(contact, last)
     unworn = surface.press(np.zeros_like(surface.gap))
     return wear_economically(
         surface,
