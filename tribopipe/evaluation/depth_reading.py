@@ -32,6 +32,11 @@ from tribopipe.results.run import RawRun
 FEWEST_SAMPLES = 16
 MOST_DEVIATION = 3.0
 """Standard uncertainties by which reading and post-test measurement may differ."""
+DECISIVE = 4.6
+"""ln of the odds, 100 to 1, from which on one account of a reading is ruled out by another.
+
+Where it is true, the odds are as large in less than one of a hundred runs (Markov's inequality).
+"""
 _COURSE = 0.13
 """Standard uncertainty of the exponent of a disc's course, relative to that by Archard's law."""
 _SPIKE_WINDOW, _SPIKE_THRESHOLD = 31, 20.0
@@ -210,7 +215,7 @@ def pin_reading(
     free
         Columns of what else is free, shape (blocks, n).
     """
-    groove = _Groove.of(run, end, recipe)
+    groove = Groove.of(run, end, recipe)
     alone = groove is not None and end is None
 
     def of_pin(end_depth: float, distance: Column) -> Column:
@@ -237,7 +242,7 @@ def pin_reading(
 
 
 @dataclass(frozen=True)
-class _Groove:
+class Groove:
     """A groove that was measured, and the pin that is worn in it."""
 
     tip: PinTip
@@ -247,7 +252,8 @@ class _Groove:
     """Wear depth of the pin as measured, m; None if it was not."""
 
     @classmethod
-    def of(cls, run: RawRun, end: EndWear | None, recipe: Recipe) -> "_Groove | None":
+    def of(cls, run: RawRun, end: EndWear | None, recipe: Recipe) -> "Groove | None":
+        """Return the groove that was measured beside the pin, or alone where the pin was not; None without one."""
         used = groove_alone(run, recipe.uncertainty) if end is None else end.disc
         tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
         return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)

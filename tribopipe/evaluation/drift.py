@@ -39,9 +39,10 @@ from tribopipe.evaluation.depth_reading import (
     sliding_time,
 )
 from tribopipe.evaluation.measurements.kinds import measurements_of
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
+from tribopipe.evaluation.unmeasured_groove import wear_of_both
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.depth_model.block_averages import baseline
 from tribopipe.physics.depth_model.posterior import depth_posterior
@@ -166,7 +167,10 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
         missing.append(needed)
     if missing:
         return CorrectedRun(run, DriftCorrection(outcome="uncorrected", missing=tuple(missing)), None)
-    two_step = None if end is None else _two_step(run, end, recipe)
+    approach = wear_of_both(run, end, recipe) if isinstance(end, EndWear) else None
+    if approach is not None:
+        end = end_wear(run, recipe.uncertainty, approach=approach)
+    two_step = None if end is None else _two_step(run, end, recipe, approach)
     if recipe.wear.correction == "two-step" and two_step is not None:
         return two_step
     return _by_model(run, end, recipe, None if two_step is None else two_step.correction)
@@ -243,7 +247,9 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
         )
 
 
-def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> CorrectedRun:
+def _two_step(
+    run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe, approach: Quantity | None = None
+) -> CorrectedRun:
     """Subtract the straight line between zero offset and end reading."""
     trace = read_trace(run, end, recipe)
     scale = sensor_scale(run, recipe)
@@ -269,5 +275,6 @@ def _two_step(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Correc
         end_wear_depth=end.total,
         pin_wear_depth=end.pin_depth if isinstance(end, EndWear) else None,
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
+        approach=approach,
     )
     return CorrectedRun(run, reworded(correction, run.manifest.worded), wear)

@@ -79,7 +79,9 @@ class DriftCorrection(Record):
     pin_wear_depth: Metres | None = None
     """The pin's part of it."""
     disc_wear_depth: Metres | None = None
-    """Contribution of the disc, if measured."""
+    """Contribution of the disc, if measured or shown by the depth signal."""
+    approach: Metres | None = None
+    """Wear of pin and disc by the depth signal, if the pin alone was measured and the signal shows a groove."""
     findings: tuple[Finding, ...] = ()
     """Findings against the depth signal of two discs; for a pin, see its fits."""
 

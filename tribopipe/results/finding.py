@@ -118,6 +118,7 @@ TITLES: Mapping[str, str] = {
     "axis_offset": "time or distance does not start at zero",
     "no_post_test_measurement": "no post-test measurement of the pin",
     "reading_contradicts_measurement": "depth signal contradicts the post-test measurement",
+    "disc_by_depth_signal": "disc wear from depth signal",
     "disc_not_measured": "disc not measured",
     "two_step_differs": "two-step correction gives a different k_D",
     "wear_rate_changes": "wear rate changes during the test",

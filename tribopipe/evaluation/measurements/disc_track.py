@@ -29,7 +29,9 @@ from tribopipe.evaluation.measurements.readings import (
 )
 from tribopipe.evaluation.measurements.track_profile import Track
 from tribopipe.evaluation.measurements.worn_pair import (
+    APPROACHES,
     AREA,
+    BY_SIGNAL,
     DISC_DIFFERENCE,
     UNKNOWN_ENDS,
     UNKNOWN_SHARE,
@@ -91,7 +93,7 @@ def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: W
             yield _by_profiles(_tracks(run, where), replace(pair, disc=one))
             continue
         others = [pair.pin] if pair.pin is not UNKNOWN_SHARE else []
-        partners = [pin for pin in (*others, *widths) if not {pin.name, one.name} <= set(WIDTHS)]
+        partners = [pin for pin in (*others, *widths) if not {pin.name, one.name} <= set(APPROACHES)]
         pairs = [replace(pair, disc=one, pin=pin) for pin in partners or [UNKNOWN_SHARE]]
         yield min((_by_pair(one) for one in pairs), key=_spread)
 
@@ -115,7 +117,7 @@ def _by_pair(pair: WornPair) -> BodyWear:
     if name == AREA:
         volume = None if pair.path is None else pair.find("disc_volume")
         return replace(way, depth=pair.find("disc_depth"), volume=volume, assumed=frozenset({"depth"}))
-    if name in WIDTHS:
+    if name in APPROACHES:
         depth = pair.find("disc_depth") if pair.tip.widens else None
         if depth is None or depth.value <= 0:
             return replace(way, pair=None)
@@ -176,6 +178,7 @@ def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
         )
     else:
         pin = "the depth signal" if pair.pin.quantity is pin_depth else pair.pin.name
-        yield f"wear volume of the disc calculated from {pair.disc.name}, {pin} and the shape of the groove"
+        disc = "the depth signal" if pair.disc.name == BY_SIGNAL else pair.disc.name
+        yield f"wear volume of the disc calculated from {disc}, {pin} and the shape of the groove"
     if pair.path is not None and pair.path.there_and_back:
         yield f"{pair.disc.name} is assumed to have been measured at mid-stroke"

@@ -15,6 +15,8 @@ from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readin
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_notes, pin_values, tip_radius
 from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
 from tribopipe.evaluation.measurements.worn_pair import (
+    APPROACHES,
+    BY_SIGNAL,
     UNKNOWN_SHARE,
     VOLUMES,
     WIDTHS,
@@ -74,15 +76,18 @@ def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
     return replace(used, quantity=used.quantity.model_copy(update={"value": value}))
 
 
-def end_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None) -> EndWear | None:
+def end_wear(
+    run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None, approach: Quantity | None = None
+) -> EndWear | None:
     """Return the wear measured at the end of a run or in between; None if nothing was measured on the pin.
 
     Of several things measured on the pin the one is used that gives its depth most certainly; of the disc the most
-    certain depth, a measured one before one that follows from the shape of the groove.
+    certain depth, a measured one before one that follows from the shape of the groove. ``approach`` is the wear depth
+    of both bodies, m, by a depth signal that shows a groove nobody measured.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    found = _Found.of(run, *measured_at(run, interruption), defaults)
+    found = _Found.of(run, *measured_at(run, interruption), defaults, approach=approach)
     pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
     best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
     return None if best is None else replace(best, disc=found.groove)
@@ -129,16 +134,21 @@ def measured_at(run: RawRun, interruption: int | None = None) -> tuple[str, EndV
 
 
 def pin_on_disc_wear(
-    run: RawRun, defaults: DefaultUncertainty, interruption: int | None = None, pin_depth: Quantity | None = None
+    run: RawRun,
+    defaults: DefaultUncertainty,
+    interruption: int | None = None,
+    pin_depth: Quantity | None = None,
+    approach: Quantity | None = None,
 ) -> WornBodies:
     """Return depth and volume of both bodies by each post-test measurement, or by what was measured at an interruption.
 
-    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal, which is no measurement of the pin.
+    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal, which is no measurement of the pin;
+    ``approach`` the depth of both bodies, m, by a depth signal next to a pin that was.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run, interruption)
-    found = _Found.of(run, where, end, defaults, pin_depth)
+    found = _Found.of(run, where, end, defaults, pin_depth, approach)
     pins = tuple(found.wear_of(pin) for pin in found.pins if pin.quantity is not pin_depth)
     notes = (*pin_notes(run, where), *disc_notes(run, end, found.disc, pin_depth))
     return WornBodies({"pin": pins, "disc": found.disc}, notes)
@@ -177,15 +187,17 @@ class _Found:
         end: EndValues,
         defaults: DefaultUncertainty,
         pin_depth: Quantity | None = None,
+        approach: Quantity | None = None,
     ) -> "_Found":
-        tip, path = (
-            PinTip.of(run.manifest.sliding_pin.equivalent_pin),
-            SlidingPath.of(run, defaults),
-        )
+        tip, path = PinTip.of(run.manifest.sliding_pin.equivalent_pin), SlidingPath.of(run, defaults)
         pins = tuple(pin_values(run, where, end, defaults))
+        readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
+        if tip.widens and all(pin.name in WIDTHS for pin in pins):
+            pins = ()  # the scar is as wide as the groove, whichever of both bodies has worn
         if not pins and pin_depth is not None:
             pins = (EndValueUsed("pin_wear_depth", pin_depth, "manifest"),)
-        readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
+        if approach is not None:
+            readings.append(EndValueUsed(BY_SIGNAL, approach, "manifest"))
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
         pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
         unseen = defaults.unseen_groove
@@ -225,7 +237,7 @@ class _Found:
 
     def taken_with_track(self, pin: EndValueUsed) -> WornPair:
         """Return a reading of the pin with the best one of the track."""
-        if pin.name in WIDTHS and self.pair.disc.name in WIDTHS:
+        if pin.name in WIDTHS and self.pair.disc.name in APPROACHES:
             return self.pair
         return replace(self.pair, pin=pin)
 
@@ -267,7 +279,7 @@ def _if_shown(way: BodyWear) -> BodyWear:
     A track is as wide as a scar of unknown direction in any groove, and a little wider by the errors of both.
     """
     open_ = (
-        way.name in WIDTHS
+        way.name in APPROACHES
         and way.pair is not None
         and way.pair.pin.name == "pin_scar_diameter"
         and way.depth is not None

@@ -24,7 +24,11 @@ from tribopipe.physics.stroke_ends import EXTENSION_UNCERTAINTY, Stroke
 from tribopipe.results.input_quantities import Source
 from tribopipe.results.run import RawRun
 
+BY_SIGNAL = "depth_signal"
+"""Wear depth of both bodies by the depth signal of the test, m."""
 WIDTHS = ("disc_track_width", "pin_scar_width")
+APPROACHES = (*WIDTHS, BY_SIGNAL)
+"""Readings that show the wear depth of both bodies together, but not what share of it each has."""
 AREA = "disc_track_area"
 """Cross-section of a track, which gives its volume but not its depth."""
 UNKNOWN_SHARE = EndValueUsed(
@@ -210,8 +214,10 @@ class _Solver:
         return float(worn.groove_area) if self.pair.disc.name == AREA else self.volume(worn)
 
     def _disc_depth(self, pin_depth: float) -> float:
-        """Return the depth of a track, m, whose depth or width was measured, under a pin worn by a depth, m."""
-        return self._approach(self.disc) - pin_depth if self.pair.disc.name in WIDTHS else self.disc
+        """Return the depth of a track, m, by its depth or width or that of both, under a pin worn by a depth, m."""
+        if self.pair.disc.name in APPROACHES:
+            return self._approach(self.pair.disc.name, self.disc) - pin_depth
+        return self.disc
 
     def _pin_depth(self, disc_depth: Callable[[float], float]) -> float:
         """Return the wear depth of the pin, m, with a track whose depth, m, may depend on it."""
@@ -222,19 +228,20 @@ class _Solver:
             lost = self._pin_volume
             return math.copysign(self._rising(lambda h: self._lost(h, abs(disc_depth(h))), abs(lost)), lost)
         if name in WIDTHS:
-            return self._approach(reading) - disc_depth(0.0)
+            return self._approach(name, reading) - disc_depth(0.0)
         if name == "pin_scar_diameter":
             return self._between(lambda h: self._diameter(h, h + disc_depth(h)) - reading)
         return float(self.pair.tip.depth(self.pair.pin, reading, self.given["radius"]))
 
     def _of_share(self, share: float, disc_depth: Callable[[float], float]) -> float:
-        if self.pair.disc.name in WIDTHS:
-            return share * self._approach(self.disc)
+        if self.pair.disc.name in APPROACHES:
+            return share * self._approach(self.pair.disc.name, self.disc)
         most = _WORN_TIP * float(self.contact.most)
         return min(share / (1 - share) * abs(disc_depth(0.0)), most) if share < 1 else most
 
-    def _approach(self, width: float) -> float:
-        return float(self.contact.approach_at(width / 2))
+    def _approach(self, name: str, reading: float) -> float:
+        """Return the wear depth of both bodies together, m."""
+        return reading if name == BY_SIGNAL else float(self.contact.approach_at(reading / 2))
 
     def _lost(self, pin_depth: float, disc_depth: float) -> float:
         return float(self.contact.at_depths(pin_depth, disc_depth).pin_volume)

@@ -24,7 +24,7 @@ from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.depth_reading import MOST_DEVIATION, DepthRecord, depth_record, pin_reading
+from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, joint_problem
 from tribopipe.evaluation.wear.inputs import draw_values
@@ -50,11 +50,6 @@ _LEAST_DEPTH = 1e-12
 """m."""
 _STEP = 1e-3
 """Relative step of a depth in a difference quotient."""
-DECISIVE = 4.6
-"""ln of the odds, 100 to 1, from which on one account of a reading is ruled out by another.
-
-Where it is true, the odds are as large in less than one of a hundred runs (Markov's inequality).
-"""
 _QUANTILES = (np.arange(1000) + 0.5) / 1000
 
 

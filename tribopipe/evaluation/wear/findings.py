@@ -14,8 +14,9 @@ from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.depth_reading import MOST_DEVIATION
-from tribopipe.evaluation.wear.depth_problem import DECISIVE, DepthProblem
+from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
+from tribopipe.evaluation.measurements.worn_pair import BY_SIGNAL
+from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.physics.depth_model.mixture import ways
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
@@ -114,6 +115,8 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     if shape_is_rejected(problem.posterior):
         yield _misfit(problem)
     yield from _events(problem)
+    if problem.end.disc is not None and problem.end.disc.name == BY_SIGNAL:
+        yield _groove_by_signal(problem.end.disc.quantity)
     if "unseen_groove" in problem.inputs:
         yield unseen_groove(problem.contact, problem.inputs["unseen_groove"].spread, problem.recipe)
 
@@ -236,6 +239,24 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
             f"0 ± {drift} over the test"
         ),
         remedy="measure the scar and state it as end_values.pin_scar_diameter",
+    )
+
+
+def _groove_by_signal(depth: Quantity) -> Finding:
+    """Report a groove that nobody measured, and that only the depth signal shows."""
+    return Finding(
+        severity="warning",
+        code="disc_by_depth_signal",
+        where="end_values",
+        message=(
+            "found no measured wear depth of the disc; the depth signal minus the wear depth of the pin, "
+            f"{depth.shown('um')}, is taken as the wear depth of the disc, on which k_D of both depends"
+        ),
+        remedy=(
+            "measure the depth of the wear track and state it as end_values.disc_wear_depth; if no track is visible, "
+            "state 0 nm with its uncertainty, and check for thermal drift, wrong units, and a radius given as a "
+            "diameter"
+        ),
     )
 
 

@@ -138,7 +138,8 @@ def _by_volume(
     run = corrected.run
     if run.manifest.contact is None or recipe.wear.engine not in (None, "volume"):
         return None
-    return volume_fit(run, model, friction, recipe, pin_depth_by_reading(corrected, recipe))
+    approach = corrected.correction.approach
+    return volume_fit(run, model, friction, recipe, pin_depth_by_reading(corrected, recipe), approach)
 
 
 def _with_counterbody(fit: WearFit, volumes: VolumeFit) -> WearFit:

@@ -303,14 +303,16 @@ def volume_fit(
     friction: FrictionFit | None,
     recipe: Recipe,
     pin_depth: Quantity | None = None,
+    approach: Quantity | None = None,
 ) -> VolumeFit | tuple[str, ...] | None:
     """Pose k_D of the bodies of a pin's run whose lost volume was measured.
 
     None where no volume was, or without a sliding distance. ``pin_depth``, m, is that of a pin that was not measured,
-    as the depth signal has it: it makes the volume of the groove more certain. Reports what else the law needs and the
+    as the depth signal has it: it makes the volume of the groove more certain; ``approach`` is the depth of both bodies
+    by a depth signal next to a pin that was measured. Reports what else the law needs and the
     run does not have. Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe, pin_depth)
+    slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe, pin_depth, approach)
     if slid is None or not np.any(slid > 0) or not lost:
         return None
     law, given = law_named(model), law_inputs(law_named(model), recipe)
@@ -332,7 +334,9 @@ def volume_fit(
     return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits, findings)
 
 
-def _lost(run: RawRun, recipe: Recipe, pin_depth: Quantity | None) -> dict[str, tuple[BodyLoss, Quantity]]:
+def _lost(
+    run: RawRun, recipe: Recipe, pin_depth: Quantity | None, approach: Quantity | None
+) -> dict[str, tuple[BodyLoss, Quantity]]:
     """Return what each body has lost in one contact, m³, and the way that gives it most certainly.
 
     It is below zero if a body has gained.
@@ -340,7 +344,7 @@ def _lost(run: RawRun, recipe: Recipe, pin_depth: Quantity | None) -> dict[str, 
     Over a track of unknown length a counterbody wears by an unknown depth, and nothing could be predicted of it.
     """
     contact, found = run.manifest.sliding_pin, {}
-    for role, ways in pin_on_disc_wear(run, recipe.uncertainty, pin_depth=pin_depth).bodies.items():
+    for role, ways in pin_on_disc_wear(run, recipe.uncertainty, pin_depth=pin_depth, approach=approach).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
         placed = body in contact.fitted_bodies or run.manifest.path is not None
         if placed and best is not None and best.volume is not None and _is_known(best.volume):

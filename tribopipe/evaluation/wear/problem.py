@@ -27,6 +27,7 @@ from tribopipe.evaluation.drift import SensorTrace, read_trace
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
     contact_inputs,
@@ -65,10 +66,6 @@ _SMOOTH_TERMS = 8
 """Powers of √s that, together with drift, take the wear out of a reading so that its noise is left."""
 _LEAST_NOISE = 1e-12
 """Standard deviation, m, below which a reading counts as without noise."""
-_CERTAIN = 3.0
-"""Standard uncertainties from which on wear of a pin that was not measured is distinguished from none."""
-_LEAST_PART = 0.2
-"""Its part in what the sensor shows from which on a drift beyond all expectation would be noticed elsewhere, too."""
 PRESSURE = "pressure_distribution"
 """Input: volume at a depth by the true contact pressure over that by the engine's."""
 _TRIANGULAR = math.sqrt(6)
@@ -443,11 +440,11 @@ def wear_problem(
     run, manifest = corrected.run, corrected.run.manifest
     if corrected.wear_depth is None:
         return corrected.correction.missing
-    measured = end_wear(run, recipe.uncertainty)
+    measured = end_wear(run, recipe.uncertainty, approach=corrected.correction.approach)
     end = measured or end_by_reading(corrected, recipe)
     if end is None:
         return corrected.correction.missing
-    if measured is None and end.disc is not None and not _shows(end.pin_depth, end.disc.quantity):
+    if measured is None and end.disc is not None and not is_shown(end.pin_depth, end.disc.quantity):
         return (
             "a post-test measurement of the pin, since subtracting the wear depth of the disc, "
             f"{end.disc.quantity.shown('um')}, from the depth signal leaves only {end.pin_depth.shown('um')}",
@@ -476,12 +473,6 @@ def wear_problem(
         friction_covariance=known.covariance,
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
-
-
-def _shows(pin: Quantity, groove: Quantity) -> bool:
-    """Return whether what a reading shows in addition to a groove is wear of the pin, and not drift or an error."""
-    certain = pin.value > _CERTAIN * (pin.standard_uncertainty or 0.0)
-    return certain and pin.value > _LEAST_PART * (pin.value + groove.value)
 
 
 def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
