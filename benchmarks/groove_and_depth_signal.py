@@ -1,20 +1,22 @@
-"""k_D of a ball and of its disc from a depth signal and the groove alone: how often intervals hold, and how wide.
+"""k_D of a ball and of its disc from a depth signal and one of both alone: how often intervals hold, and how wide.
 
     python benchmarks/groove_and_depth_signal.py --labs 200 --write docs/results/groove_and_depth_signal.md
 
-Nobody looks at the ball. The sensor shows the wear of both with noise, drift and, in half of the laboratories, thermal
-settling; its scale, the load, the radii and the depth of the groove are off within what run.toml states. The wear of
-both is integrated slice by slice, without a line of tribopipe.
+Either the depth of the groove or the length of the scar on the ball is measured. The sensor shows the wear of both with
+noise, drift and, in half of the laboratories, thermal settling; its scale, the load, the radii and the measurement are
+off within what run.toml states. The wear of both is integrated slice by slice, without a line of tribopipe.
 
 The ideal estimator knows the laws of all that and the variances, but no value: its standard uncertainty is that of
 generalized least squares at the truth. It knows whether the sensor settles, and how fast.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from independent.wear import worn_pair
+from independent.wear import WornPair, worn_pair
 from labs import Report, arguments, in_parallel, share
 from numpy.random import Generator
 
@@ -31,8 +33,8 @@ SHAPE = (2 / 3 - 3 * np.pi / 16) / (2 / 3 + 3 * np.pi / 16) / np.sqrt(3)
 RELATIVE = {"load": 0.01, "radius": 0.001, "track": 0.005, "scale": 0.005, "shape": SHAPE}
 NOISE, DRIFT, SETTLING = 30e-9, 250e-9, 200e-9
 """Standard deviations, m: of a sample, of the drift over the test, and of what settles in a tenth of it."""
-GROOVE = 0.02
-"""Relative standard uncertainty of the depth of the groove."""
+GROOVE, SCAR = 0.02, 2e-6
+"""Standard uncertainties: of the depth of the groove, relative; of the length of the scar, m."""
 SAMPLES, BLOCKS = 1000, 40
 PAIRS = {
     "both bodies": (2e-14, 4e-13),
@@ -50,6 +52,27 @@ _STEP = 1e-4
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
 
+class Measurement(NamedTuple):
+    """What is measured after the test."""
+
+    key: str
+    value: Callable[[WornPair, float], float]
+    """Of what is worn at the end, and the radius of the ball, m."""
+    spread: Callable[[float], float]
+    """Standard uncertainty of a value, m."""
+
+
+def _scar_length(worn: WornPair, radius: float) -> float:
+    depth = float(worn.ball[-1])
+    return 2 * math.sqrt(depth * (2 * radius - depth))
+
+
+MEASURED = {
+    "groove": Measurement("disc_wear_depth", lambda worn, _: float(worn.groove[-1]), lambda value: GROOVE * value),
+    "scar": Measurement("pin_scar_length", _scar_length, lambda _: SCAR),
+}
+
+
 class Truth(NamedTuple):
     """What is true in a laboratory: coefficients, and the factors by which its inputs are off."""
 
@@ -61,19 +84,21 @@ class Truth(NamedTuple):
     scale: float = 1.0
     shape: float = 1.0
 
-    def readings(self, places: Column) -> Column:
-        """Return what the sensor shows at sliding distances, without noise and drift, and the groove at the end, m."""
+    def readings(self, places: Column, measured: Measurement) -> Column:
+        """Return what the sensor shows at sliding distances, without noise and drift, and the measurement, m."""
         work = LOAD * self.load * np.append(places, SLID)
         section = self.disc * work / (2 * np.pi * TRACK * self.track) / self.shape
-        worn = worn_pair(RADIUS * self.radius, self.ball * work, section)
-        return np.append(self.scale * (worn.ball + worn.groove)[:-1], worn.groove[-1])
+        radius = RADIUS * self.radius
+        worn = worn_pair(radius, self.ball * work, section)
+        return np.append(self.scale * (worn.ball + worn.groove)[:-1], measured.value(worn, radius))
 
-    def ideal(self, *, settles: bool) -> dict[str, float]:
+    def ideal(self, measured: Measurement, *, settles: bool) -> dict[str, float]:
         """Return the relative standard uncertainty of both k_D by the ideal estimator."""
         places = SLID * (np.arange(BLOCKS) + 0.5) / BLOCKS
-        best = self.readings(places)
-        slopes = {name: self._slope(name, places) for name in self._fields}
-        covariance = np.diag(np.append(np.full(BLOCKS, NOISE**2 * BLOCKS / SAMPLES), (GROOVE * best[-1]) ** 2))
+        best = self.readings(places, measured)
+        slopes = {name: self._slope(name, places, measured) for name in self._fields}
+        noise = np.full(BLOCKS, NOISE**2 * BLOCKS / SAMPLES)
+        covariance = np.diag(np.append(noise, measured.spread(float(best[-1])) ** 2))
         for course in (DRIFT * places / SLID, settles * settled(places / SLID)):
             disturbing = np.append(course, 0.0)
             covariance += np.outer(disturbing, disturbing)
@@ -84,10 +109,12 @@ class Truth(NamedTuple):
         found = np.linalg.inv(design.T @ np.linalg.solve(covariance, design))
         return dict(zip(BODIES, np.sqrt(np.diag(found))[:2].tolist(), strict=True))
 
-    def _slope(self, name: str, places: Column) -> Column:
+    def _slope(self, name: str, places: Column, measured: Measurement) -> Column:
         """Return how the readings change with the logarithm of a coefficient or factor, m."""
         value = getattr(self, name)
-        low, high = (self._replace(**{name: value * near}).readings(places) for near in (1 - _STEP, 1 + _STEP))
+        low, high = (
+            self._replace(**{name: value * near}).readings(places, measured) for near in (1 - _STEP, 1 + _STEP)
+        )
         return np.asarray((high - low) / (2 * _STEP))
 
 
@@ -103,10 +130,10 @@ def true(pair: str, rng: Generator) -> Truth:
     return Truth(ball, disc, **off)
 
 
-def run_of(truth: Truth, rng: Generator, *, settles: bool) -> RawRun:
+def run_of(truth: Truth, measured: Measurement, rng: Generator, *, settles: bool) -> RawRun:
     """Return the run as the laboratory writes it down."""
     distance = np.linspace(0.0, SLID, SAMPLES)
-    *shown, groove = truth.readings(distance)
+    *shown, value = truth.readings(distance, measured)
     progress = distance / SLID
     depth = np.array(shown) + NOISE * rng.standard_normal(SAMPLES) + DRIFT * rng.standard_normal() * progress
     if settles:
@@ -127,10 +154,10 @@ def run_of(truth: Truth, rng: Generator, *, settles: bool) -> RawRun:
             "sliding_speed": f"{SPEED} m/s",
         },
         "end_values": {
-            "disc_wear_depth": {
-                "value": groove * (1 + GROOVE * float(rng.standard_normal())),
+            measured.key: {
+                "value": value + measured.spread(value) * float(rng.standard_normal()),
                 "unit": "m",
-                "standard_uncertainty": GROOVE * groove,
+                "standard_uncertainty": measured.spread(value),
             }
         },
     }
@@ -146,6 +173,7 @@ def _stated(value: float, unit: str, name: str) -> dict[str, object]:
 class Found(NamedTuple):
     """What was found of one body; NaN where it has no k_D."""
 
+    measured: str
     pair: str
     settles: bool
     body: str
@@ -156,27 +184,32 @@ class Found(NamedTuple):
 
 
 def outcomes(seed: int) -> list[Found]:
-    """Test each pair in one laboratory."""
+    """Test each pair in one laboratory, by the groove and by the scar, which a ball without wear does not have."""
     found, settles = [], bool(seed % 2)
-    for number, pair in enumerate(PAIRS):
+    tests = [(name, number, pair) for name in MEASURED for number, pair in enumerate(PAIRS)]
+    for name, number, pair in tests:
+        measured = MEASURED[name]
         rng = np.random.default_rng(np.random.SeedSequence([seed, number]))
         truth = true(pair, rng)
-        fit = fit_wear(run_of(truth, rng, settles=settles), "archard", recipe=FIRST_ORDER)
-        ideal = truth.ideal(settles=settles) if truth.ball else {}
+        if name == "scar" and not truth.ball:
+            continue
+        fit = fit_wear(run_of(truth, measured, rng, settles=settles), "archard", recipe=FIRST_ORDER)
+        ideal = truth.ideal(measured, settles=settles) if truth.ball else {}
         for body, k_d in zip(BODIES, (truth.ball, truth.disc), strict=True):
             one = fit.bodies.get(body)
             if one is None:
-                found.append(Found(pair, settles, body, False, np.nan, np.nan, np.nan))
+                found.append(Found(name, pair, settles, body, False, np.nan, np.nan, np.nan))
                 continue
             (low, high), k = one.interval, one.wear_coefficient
             relative = (k.standard_uncertainty or 0.0) / k.value
             held, ratio = low.value <= k_d <= high.value, k.value / k_d if k_d else np.nan
-            found.append(Found(pair, settles, body, held, ratio, relative, relative / ideal.get(body, np.nan)))
+            over_ideal = relative / ideal.get(body, np.nan)
+            found.append(Found(name, pair, settles, body, held, ratio, relative, over_ideal))
     return found
 
 
-def _group(found: Found) -> tuple[str, bool, str]:
-    return found.pair, found.settles, found.body
+def _group(found: Found) -> tuple[str, str, bool, str]:
+    return found.measured, found.pair, found.settles, found.body
 
 
 def _summary(found: Sequence[Found]) -> list[str]:
@@ -200,20 +233,30 @@ def _summary(found: Sequence[Found]) -> list[str]:
 def main(words: Sequence[str] | None = None) -> None:
     """Count how often intervals hold."""
     options = arguments(__doc__ or "", labs=200).parse_args(words)
-    report = Report("k_D of both bodies from depth signal and groove", options)
+    report = Report("k_D of both bodies from depth signal and groove or scar", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
     answers = [found for part in in_parallel(outcomes, seeds, options) for found in part]
     groups = dict.fromkeys(_group(one) for one in answers)
     rows = [
         [
+            measured,
             pair,
             "yes" if settles else "no",
             body,
-            *_summary([one for one in answers if _group(one) == (pair, settles, body)]),
+            *_summary([one for one in answers if _group(one) == (measured, pair, settles, body)]),
         ]
-        for pair, settles, body in groups
+        for measured, pair, settles, body in groups
     ]
-    rows += [["all", "yes or no", body, *_summary([one for one in answers if one.body == body])] for body in BODIES]
+    rows += [
+        [
+            measured,
+            "all",
+            "yes or no",
+            body,
+            *_summary([one for one in answers if (one.measured, one.body) == (measured, body)]),
+        ]
+        for measured, body in product(MEASURED, BODIES)
+    ]
     report.say(
         "Only runs with a k_D are evaluated. The 95 % intervals of k_D are from first-order propagation. The bias is "
         "the mean of k_D divided by the true value, minus 1. u is the standard uncertainty of k_D; the last column "
@@ -221,6 +264,7 @@ def main(words: Sequence[str] | None = None) -> None:
     )
     report.table(
         [
+            "measured",
             "wear",
             "sensor settling",
             "body",

@@ -1,12 +1,13 @@
 """The groove beside a pin that was measured, where nobody measured the counterbody: by the depth signal of the test.
 
 The sensor shows the wear of both bodies, D = h_p + h_d, and h_p was measured, so that D has the course of both as they
-wear beside each other. It is fitted next to a drift of any rate: a straight line is no groove. The groove is taken
-for one where it is far more than a sensor drifts, whichever drift is allowed for, and where nothing but wear, a line
-and noise is in the signal. In any other case it could be drift, and the measurement of the pin alone gives k_D.
+wear beside each other. It is fitted next to a drift ten times as large as expected of a sensor. The groove is taken
+for one where it is larger than that, by the usual drift as well, and than all else that is in the signal. In any other
+case it could be drift, and the measurement of the pin alone gives k_D.
 """
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,8 +15,8 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
-from tribopipe.evaluation.depth_reading import DECISIVE, DepthRecord, Groove, best_pin, depth_record, sensor_scale
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear
+from tribopipe.evaluation.depth_reading import DepthRecord, Groove, best_pin, depth_record, sensor_scale
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.physics.depth_model.posterior import DepthPosterior, depth_posterior
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.run import RawRun
@@ -25,7 +26,9 @@ CERTAIN = 3.0
 LEAST_PART = 0.2
 """Its part in what the sensor shows from which on a drift beyond all expectation would be noticed elsewhere, too."""
 _BEYOND_DRIFT = 10.0
-"""Standard deviations of the drift that is expected of a sensor beyond which none reaches by its own."""
+"""By how much more a sensor may drift than is expected of it."""
+_MOST_PASSES, _NEARLY = 4, 0.01
+"""Passes, and the share of the pin's depth that the last one changes."""
 
 
 def is_shown(part: Quantity, other: Quantity) -> bool:
@@ -51,20 +54,43 @@ def wear_of_both(run: RawRun, end: EndWear, recipe: Recipe) -> Quantity | None:
     Quantity or None
         D at the end, m.
     """
-    if end.disc is not None or not end.tip.widens or not end.pin_depth.value > 0:
+    if end.disc is not None or not end.tip.widens:
         return None
-    record, pin = depth_record(run), best_pin(run, end, recipe)
-    prior = recipe.drift.prior.value
-    free, expected = (_posterior(record, pin, end, drift) for drift in (None, prior))
-    if free.log_odds > DECISIVE or expected.alone[0] - end.pin_depth.value < _BEYOND_DRIFT * prior:
+    record = depth_record(run)
+    found = _told(run, record, end, recipe)
+    for _ in range(_MOST_PASSES):
+        if found is None:
+            return None
+        before, end = end, _beside_groove(run, found, recipe) or end
+        if abs(end.pin_depth.value - before.pin_depth.value) < _NEARLY * end.pin_depth.value:
+            break
+        found = _told(run, record, end, recipe)
+    if found is None:
         return None
-    depth, spread = free.alone
-    if abs(depth - expected.alone[0]) > CERTAIN * spread:
+    return found if is_shown(_beyond(found, end.pin_depth), end.pin_depth) else None
+
+
+def _beside_groove(run: RawRun, both: Quantity, recipe: Recipe) -> EndWear | None:
+    """Return what was measured on the pin: in a groove, a scar of the same mean diameter is that of less wear."""
+    end = end_wear(run, recipe.uncertainty, approach=both)
+    return None if end is None else replace(end, disc=None)
+
+
+def _told(run: RawRun, record: DepthRecord, end: EndWear, recipe: Recipe) -> Quantity | None:
+    """Return the wear depth of both bodies, m, where that of the pin is as measured; None without a clear groove."""
+    if not end.pin_depth.value > 0:
+        return None
+    pin, prior = best_pin(run, end, recipe), recipe.drift.prior.value
+    wide, expected = (_posterior(record, pin, end, drift) for drift in (_BEYOND_DRIFT * prior, prior))
+    depth, spread = wide.alone
+    least = min(depth, expected.alone[0]) - end.pin_depth.value
+    if least < _BEYOND_DRIFT * prior or abs(depth - expected.alone[0]) > CERTAIN * spread:
+        return None
+    if wide.range_beyond_line > LEAST_PART * least:
         return None
     scale = sensor_scale(run, recipe)
     spread = math.hypot(spread, depth * (scale.standard_uncertainty or 0.0) / scale.value)
-    both = Quantity(value=depth, unit="m", standard_uncertainty=spread)
-    return both if is_shown(_beyond(both, end.pin_depth), end.pin_depth) else None
+    return Quantity(value=depth, unit="m", standard_uncertainty=spread)
 
 
 def _beyond(both: Quantity, pin: Quantity) -> Quantity:
@@ -72,8 +98,8 @@ def _beyond(both: Quantity, pin: Quantity) -> Quantity:
     return Quantity(value=both.value - pin.value, unit="m", standard_uncertainty=spread)
 
 
-def _posterior(record: DepthRecord, pin: PinContact, end: EndWear, drift: float | None) -> DepthPosterior:
-    """Return the posterior of D, the drift being of any rate or of an expected size over the test, m."""
+def _posterior(record: DepthRecord, pin: PinContact, end: EndWear, drift: float) -> DepthPosterior:
+    """Return the posterior of D where the drift over the test has a standard deviation, m."""
     samples, most, measured = record.samples, float(end.tip.on_track(end.tip.radius).most), end.pin_depth.value
     read = float(np.ptp(samples.blocks.mean(samples.depth)))
     guess = min(max(read, (1 + LEAST_PART) * measured), most)

@@ -373,11 +373,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
 
 
 def _size(problem: DepthProblem) -> str:
-    posterior, reading = problem.posterior, problem.posterior.reading
-    mean = posterior.terms[0]
-    optional = reading.optional.columns.shape[1]
-    other = reading.columns[:, -optional:] @ mean[-optional:] + posterior.wander
-    return Quantity(value=float(other.max() - other.min()), unit="m").shown("um")
+    return Quantity(value=problem.posterior.range_beyond_line, unit="m").shown("um")
 
 
 def _finding(code: str, message: str, remedy: str) -> Finding:

@@ -302,6 +302,13 @@ class DepthPosterior:
             found += process.correlation @ (root * (process.basis @ np.sum(weighted, axis=0)))
         return found
 
+    @property
+    def range_beyond_line(self) -> float:
+        """Range of what the reading has beyond wear, offsets and a line, m: settling, temperature and wander."""
+        count = self.reading.optional.columns.shape[1]
+        other = self.reading.columns[:, -count:] @ self.terms[0][-count:] + self.wander
+        return float(np.ptp(other))
+
     def disturbance(self, misfit: float = 1.0) -> Column:
         """Return the covariance of noise and wander at the blocks, averaged over all ways, m²; shape (blocks, blocks).
 

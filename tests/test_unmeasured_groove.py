@@ -1,0 +1,92 @@
+"""A groove that nobody measured, next to a scar that was: told by the depth signal, and not mistaken for drift."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from groove_and_depth_signal import FIRST_ORDER, MEASURED, NOISE, PAIRS, RADIUS, SAMPLES, SCAR, SLID, Truth, run_of
+from independent.wear import worn_pair
+
+from tribopipe.documents.manifest import EndValue
+from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.results.run import RawRun
+
+PROGRESS = np.linspace(0.0, 1.0, SAMPLES)
+DISTURBING: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
+    "drift": lambda _: 8e-6 * PROGRESS,
+    "settling": lambda _: 4e-6 * (1 - np.exp(-PROGRESS / 0.2)),
+    "creep": lambda _: 4e-6 * np.log1p(PROGRESS / 0.01) / np.log(101),
+    "both": lambda _: 4e-6 * (1 - np.exp(-PROGRESS / 0.1)) + 4e-6 * PROGRESS,
+    "wander": lambda rng: 3e-6 * np.cumsum(rng.standard_normal(SAMPLES)) / np.sqrt(SAMPLES),
+}
+
+
+def with_scar(raw: RawRun, key: str, value: float) -> RawRun:
+    """Return a run of which one size of the scar was measured and nothing else."""
+    ends = type(raw.manifest.end_values)(**{key: EndValue(value=value, unit="m", standard_uncertainty=SCAR)})
+    manifest = raw.manifest.model_copy(update={"end_values": ends})
+    return RawRun(manifest, raw.columns, raw.origins, {}, {}, ())
+
+
+def both_worn(pair: str, seed: int) -> tuple[Truth, RawRun]:
+    truth = Truth(*PAIRS[pair])
+    return truth, run_of(truth, MEASURED["scar"], np.random.default_rng(seed), settles=False)
+
+
+@pytest.mark.parametrize("pair", ["both bodies", "mainly the disc"])
+def test_signal_and_scar_give_k_d_of_both(pair):
+    truth, raw = both_worn(pair, 1)
+    fit = fit_wear(raw, recipe=FIRST_ORDER)
+    for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
+        found = fit.bodies[body].wear_coefficient
+        assert abs(found.value - k_d) < 3 * found.standard_uncertainty < 0.25 * k_d
+    (warned,) = (finding for finding in fit.findings if finding.code == "disc_by_depth_signal")
+    assert warned.severity == "warning"
+
+
+def test_mean_diameter_of_a_scar_does_as_well():
+    truth, raw = both_worn("both bodies", 2)
+    section = truth.disc * 5.0 * np.array([SLID]) / (2 * np.pi * 6e-3)
+    worn = worn_pair(RADIUS, truth.ball * 5.0 * np.array([SLID]), section)
+    ball, approach = worn.ball[-1], worn.ball[-1] + worn.groove[-1]
+    mean = float(sum(np.sqrt(h * (2 * RADIUS - h)) for h in (ball, approach)))
+    fit = fit_wear(with_scar(raw, "pin_scar_diameter", mean), recipe=FIRST_ORDER)
+    found = fit.bodies["pin"].wear_coefficient
+    assert abs(found.value - truth.ball) < 3 * found.standard_uncertainty
+
+
+def test_correction_is_anchored_on_both():
+    truth, raw = both_worn("both bodies", 3)
+    correction = correct_drift(raw).correction
+    assert correction.anchor == "pin_scar_length + depth_signal"
+    both = truth.readings(np.array([SLID]), MEASURED["scar"])[0]
+    assert abs(correction.approach.value - both) < 3 * correction.approach.standard_uncertainty
+    assert correction.end_wear_depth.value == pytest.approx(correction.approach.value, rel=1e-6)
+    assert abs(correction.drift_rate.value) * SLID / 0.4 < 3e-6
+
+
+@pytest.mark.parametrize("disturbance", DISTURBING)
+@pytest.mark.parametrize("depth", [5e-6, 15e-6])
+def test_what_else_a_sensor_shows_is_no_groove(disturbance, depth):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        _, raw = both_worn("both bodies", seed)
+        shown = depth * np.sqrt(PROGRESS) + NOISE * rng.standard_normal(SAMPLES) + DISTURBING[disturbance](rng)
+        raw = RawRun(raw.manifest, raw.columns | {"depth": shown}, raw.origins, {}, {}, ())
+        scar = 2 * np.sqrt(depth * (2 * RADIUS - depth)) + SCAR * rng.standard_normal()
+        assert correct_drift(with_scar(raw, "pin_scar_diameter", float(scar)), Recipe()).correction.approach is None
+
+
+def test_width_of_a_scar_alone_is_not_the_wear_of_the_pin():
+    """It is as wide as the groove: k_D of the ball was ten times too large, and its depth stated within 1 %."""
+    truth, raw = both_worn("both bodies", 4)
+    section = truth.disc * 5.0 * np.array([SLID]) / (2 * np.pi * 6e-3)
+    worn = worn_pair(RADIUS, truth.ball * 5.0 * np.array([SLID]), section)
+    approach = float(worn.ball[-1] + worn.groove[-1])
+    width = 2 * np.sqrt(approach * (2 * RADIUS - approach))
+    fit = fit_wear(with_scar(raw, "pin_scar_width", float(width)), recipe=FIRST_ORDER)
+    for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
+        found = fit.bodies[body].wear_coefficient
+        assert abs(found.value - k_d) < 3 * found.standard_uncertainty
