@@ -84,7 +84,7 @@ class PinTip:
             depth = scar_depth(scar_radius=np.abs(measured) / 2, sphere_radius=r, flat_radius=self.flat_radius)
             return np.where(measured < 0, -depth, depth)
         if used.name in PIN_VOLUMES:
-            return self._depth_of_volume(used.on_unworn_track * self.volume_read(used, value, r), r)
+            return self.depth_of_volume(used.on_unworn_track * self.volume_read(used, value, r), r)
         if used.name == "pin_profile":
             below_sphere = measured + used.per_radius * (r - self.radius)
             return np.asarray(below_sphere - cap_height(scar_radius=self.flat_radius, sphere_radius=r))
@@ -118,7 +118,8 @@ class PinTip:
         height = cap_height(scar_radius=self.flat_radius, sphere_radius=radius)
         return float(worn_volume(depth=height, sphere_radius=radius))
 
-    def _depth_of_volume(self, volume: Column, radius: Column) -> Column:
+    def depth_of_volume(self, volume: Column, radius: Column) -> Column:
+        """Return the depth, m, at which the tip alone has lost a volume, m³; at most all of the tip."""
         if self.shape == "flat":
             return np.asarray(volume / (np.pi * radius**2))
         if self.line:

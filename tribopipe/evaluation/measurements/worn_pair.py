@@ -39,6 +39,10 @@ _SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
 """Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
 UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCERTAINTY)
 """By how much more a stroke is extended than it should be, in half widths of the groove."""
+_EDGE = 1e-6
+"""Share of a tip that is left at the most: where all is gone, its flank is vertical."""
+_SHORTEST = 0.5
+"""Least length of a groove over its stroke."""
 _TURNS = 8
 _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
@@ -76,8 +80,9 @@ class SlidingPath:
         area = float(worn.groove_area)
         if self.stiffness is None:
             return float(circle_volume(area=area, track_radius=length))
-        stroke = Stroke(np.asarray(length), np.asarray(self.stiffness))
-        return area * float(stroke.extended(worn) + ends * worn.half_width)
+        extended = Stroke(np.asarray(length), np.asarray(self.stiffness)).extended(worn)
+        # A groove wider than a stroke is long is uncertain by more than the stroke, but no shorter than nothing.
+        return area * float(np.maximum(extended + ends * worn.half_width, _SHORTEST * length))
 
 
 @dataclass(frozen=True)
@@ -123,7 +128,7 @@ def _solved(pair: WornPair, given: tuple[tuple[str, float], ...]) -> tuple[tuple
     contact = pair.tip.on_track(values["radius"])
     solver = _Solver(pair, contact, values)
     h_p, h_d = solver.depths()
-    worn = contact.at_depths(abs(h_p), abs(h_d))
+    worn = solver.within_tip(abs(h_p), abs(h_d))
     return (h_p, h_d), worn, solver.volume(worn) if "path" in values else math.nan
 
 
@@ -182,6 +187,17 @@ class _Solver:
             return math.nan
         return self.pair.path.volume(worn, self.given["path"], self.given.get("ends", 0.0))
 
+    @property
+    def most(self) -> float:
+        """Deepest approach, m, at which shapes are calculated: just less than all of the tip."""
+        return (1 - _EDGE) * float(self.contact.most)
+
+    def within_tip(self, pin_depth: float, disc_depth: float) -> WornContact:
+        """Return the contact at these depths, m, or where they are more than the tip, the one that has all of it."""
+        most = self.most
+        pin_depth = min(pin_depth, most)
+        return self.contact.at_depths(pin_depth, min(disc_depth, most - pin_depth))
+
     def depths(self) -> tuple[float, float]:
         """Return the depths of pin and track in the middle, m."""
         if self.pair.disc.name not in (AREA, *VOLUMES):
@@ -189,13 +205,13 @@ class _Solver:
             return pin_depth, self._disc_depth(pin_depth)
         if self.pair.pin.name in VOLUMES:
             return self._by_volumes()
-        lost, most = abs(self.disc), _WORN_TIP * float(self.contact.most)
+        lost, most = abs(self.disc), _WORN_TIP * self.most
 
         def pin_depth_beside(depth: float) -> float:
             return min(self._pin_depth(lambda _: depth), most)
 
         def track(depth: float) -> float:
-            return self._size(self.contact.at_depths(abs(pin_depth_beside(depth)), depth))
+            return self._size(self.within_tip(abs(pin_depth_beside(depth)), depth))
 
         disc_depth = self._rising(track, lost)
         return pin_depth_beside(disc_depth), math.copysign(disc_depth, self.disc)
@@ -205,9 +221,20 @@ class _Solver:
         pin, lost, ends = self._pin_volume, abs(self.disc), 0.0
         per_length = self._size(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
         for _ in range(_TURNS if self.pair.path is not None and self.pair.path.there_and_back else 1):
-            worn = self.contact.worn(abs(pin), max(lost - ends, 0.0) / per_length)
+            worn = self._of_volumes(abs(pin), max(lost - ends, 0.0) / per_length)
             ends = self._size(worn) - per_length * float(worn.groove_area)
         return math.copysign(float(worn.pin_depth), pin), math.copysign(float(worn.groove_depth), self.disc)
+
+    def _of_volumes(self, pin_volume: float, section: float) -> WornContact:
+        """Return the contact of a pin's volume, m³, and a cross-section, m², or one that has all of the tip."""
+        most = self.most
+        pin_alone, groove_alone = self.within_tip(most, 0.0), self.within_tip(0.0, most)
+        if pin_volume < pin_alone.pin_volume and section < groove_alone.groove_area:
+            worn = self.contact.worn(pin_volume, section)
+            if worn.approach < most:
+                return worn
+        pin_depth = self.pair.tip.depth_of_volume(np.asarray(pin_volume), np.asarray(self.given["radius"]))
+        return self.within_tip(min(float(pin_depth), _WORN_TIP * most), most)
 
     def _size(self, worn: WornContact) -> float:
         """Return what was measured of the track: its cross-section, m², or its volume, m³."""
@@ -236,7 +263,7 @@ class _Solver:
     def _of_share(self, share: float, disc_depth: Callable[[float], float]) -> float:
         if self.pair.disc.name in APPROACHES:
             return share * self._approach(self.pair.disc.name, self.disc)
-        most = _WORN_TIP * float(self.contact.most)
+        most = _WORN_TIP * self.most
         return min(share / (1 - share) * abs(disc_depth(0.0)), most) if share < 1 else most
 
     def _approach(self, name: str, reading: float) -> float:
@@ -244,21 +271,25 @@ class _Solver:
         return reading if name == BY_SIGNAL else float(self.contact.approach_at(reading / 2))
 
     def _lost(self, pin_depth: float, disc_depth: float) -> float:
-        return float(self.contact.at_depths(pin_depth, disc_depth).pin_volume)
+        return float(self.within_tip(pin_depth, disc_depth).pin_volume)
 
     def _diameter(self, pin_depth: float, approach: float) -> float:
         """Return the mean of length and width of the scar, m."""
+        approach = min(approach, self.most)
         return float(self.contact.half_width_at(pin_depth) + self.contact.half_width_at(approach))
 
     def _rising(self, function: Callable[[float], float], target: float) -> float:
-        most = self.contact.most
+        """Return where a function that rises from zero meets its target, m, at most all of the tip."""
+        most = self.most
+        if function(most) <= target:
+            return most
         return float(power_root(np.vectorize(function, otypes=[float]), target, 1e-3 * most, most))
 
     def _between(self, excess: Callable[[float], float]) -> float:
         """Return where a function is zero, m, from no wear of the pin to all of its tip."""
         from scipy.optimize import brentq
 
-        most = float(self.contact.most)
+        most = self.most
         if excess(0.0) >= 0:
             return 0.0
         return most if excess(most) <= 0 else float(brentq(excess, 0.0, most, xtol=1e-15 * most, rtol=1e-13))
