@@ -311,6 +311,17 @@ def test_what_does_not_fit_four_balls_is_refused_in_their_names(changes, words):
         read(four_balls(**changes))
 
 
+def test_no_wear_is_predicted_at_the_weld_load(worn, run_cli):
+    written = (worn / "run.toml").read_text(encoding="utf-8")
+    limited = written.replace('"rotational_speed"', '"weld_load" = "1569 N", "rotational_speed"')
+    (worn / "run.toml").write_text(limited, encoding="utf-8")
+    words = ("predict", "--run", ".", "--wear-coefficient", "1e-9 mm^2/N", "--at", "500 m", "--load")
+    assert run_cli(*words, "1500 N", cwd=worn).exit_code == 0
+    refused = run_cli(*words, "1600 N", cwd=worn)
+    assert refused.exit_code == 1
+    assert "conditions.normal_load: found 1600 N, not less than the weld load of 1569 N" in refused.stderr
+
+
 def test_new_run_folder_has_the_names_of_the_balls(run_cli, tmp_path):
     rows = "".join(f"{60 * minute},{200 + minute % 3}\n" for minute in range(60))
     (tmp_path / "oil.csv").write_text(f"time [s],friction torque [N*mm]\n{rows}", encoding="utf-8")

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.errors import FitError
+from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -54,8 +54,13 @@ def wear_scenario(
     Raises
     ------
     ContactError
-        Where run.toml does not describe the bodies.
+        Where run.toml does not describe the bodies, or they do not wear each other under its conditions, which may be
+        other ones than were read.
     """
+    try:
+        manifest.described.refuse_conditions(manifest.conditions)
+    except ValueError as error:
+        raise ContactError(f"{manifest.id}: {error}") from None
     load = normal_load or manifest.conditions.normal_load
     speed, slip = manifest.nominal_speed, manifest.slip
     path, stroke = manifest.path, manifest.conditions.stroke is not None
