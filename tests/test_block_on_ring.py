@@ -116,6 +116,17 @@ def test_block_worn_to_a_scar_as_wide_as_the_ring_radius_is_named(mass, found):
     assert places(replace(run_of(), manifest=run), "implausible_wear") == found
 
 
+@pytest.mark.parametrize(("depth", "found"), [("1 mm", []), ("2 mm", ["end_values of the ring"])])
+def test_ring_worn_by_more_than_a_tenth_of_its_radius_is_named(depth, found):
+    manifest = read(block_on_ring(end_values={"ring_wear_depth": depth}))
+    assert places(replace(run_of(), manifest=manifest), "implausible_wear") == found
+
+
+def test_ring_worn_away_is_refused():
+    with pytest.raises(ManifestError, match=r"ring_wear_depth: found 1.8×10⁴ µm, not less than the ring radius"):
+        read(block_on_ring(end_values={"ring_wear_depth": "18 mm"}))
+
+
 @pytest.mark.parametrize(
     ("ring", "found"),
     [

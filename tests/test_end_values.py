@@ -336,14 +336,36 @@ def test_a_load_is_stated_once():
         ("truncated-sphere", {"pin_scar_diameter": "100 um"}, "end_values.pin_scar_diameter", "flat of 120 µm"),
         ("flat", {"pin_profile": {"file": "a.csv"}}, "end_values.pin_profile", "flat pin"),
         ("spherical", {"disc_track_width": "1.6 mm"}, "end_values.disc_track_width", "diameter of the pin"),
+        ("spherical", {"disc_track_area": "1 mm^2"}, "end_values.disc_track_area", "a cross-section of (1.00 ± 0.10)×10⁶ µm²"),
+        ("spherical", {"disc_wear_volume": "51 mm^3"}, "end_values.disc_wear_volume", "tip height of 794 µm"),
+        (
+            "spherical",
+            {"pin_wear_depth": "500 um", "disc_wear_depth": "500 um"},
+            "end_values.disc_wear_depth",
+            "combined depth",
+        ),
     ],
 )
 def test_what_cannot_be_is_an_error_in_one_sentence(shape, end, where, message):
-    found = [one for one in check_run(run_of(described(shape, density=False, **end))) if one.severity == "error"]
+    run = run_of(described(shape, CIRCLE, density=False, **end))
+    found = [one for one in check_run(run) if one.severity == "error"]
     (finding,) = [one for one in found if one.code == "impossible_measurement"]
     assert finding.where == where
     assert message in finding.message
     assert "; expected " in finding.message
+
+
+@pytest.mark.parametrize(
+    ("shape", "end"),
+    [
+        ("spherical", {"disc_track_area": "0.98 mm^2"}),  # half a circle of 0.794 mm has 0.990 mm²
+        ("spherical", {"disc_wear_volume": "49 mm^3"}),
+        ("spherical", {"pin_wear_depth": "500 um", "disc_wear_depth": "250 um"}),
+        ("flat", {"disc_wear_volume": "51 mm^3", "disc_wear_depth": "1 mm"}),
+    ],
+)
+def test_what_a_tip_can_just_reach_is_no_error(shape, end):
+    assert [one for one in check_run(run_of(described(shape, CIRCLE, **end))) if one.severity == "error"] == []
 
 
 def test_mass_without_density_is_refused_without_the_checks_as_well():

@@ -191,6 +191,7 @@ def test_interruptions_that_do_not_follow_each_other_are_refused(second, shown):
     [
         ("pin_scar_diameter", "1.588 mm", "found 1588 µm, not less than the pin diameter"),
         ("pin_wear_depth", "0.8 mm", "found 800 µm, not less than the pin radius"),
+        ("disc_wear_depth", "0.8 mm", "found 800 µm, not less than the pin radius"),
     ],
 )
 @pytest.mark.parametrize("number", [0, 1])

@@ -487,12 +487,14 @@ class SlidingPin(Contact):
             scar = getattr(measured, name)
             if scar is not None:
                 self._refuse_scar(f"{where}.{name}", scar)
-        depth, radius = measured.pin_wear_depth, self.pin.radius
-        if depth is not None and not self.pin.constant_area and depth.value >= radius.value:
-            raise ValueError(
-                f"{where}.pin_wear_depth: found {depth.shown('um')}, not less than the pin radius of "
-                f"{radius.shown('um')}; expected a smaller wear depth; check the units of both values"
-            )
+        radius = self.pin.radius
+        for name in () if self.pin.constant_area else ("pin_wear_depth", "disc_wear_depth"):
+            depth = getattr(measured, name)
+            if depth is not None and depth.value >= radius.value:
+                raise ValueError(
+                    f"{where}.{name}: found {depth.shown('um')}, not less than the pin radius of "
+                    f"{radius.shown('um')}; expected a smaller wear depth; check the units of both values"
+                )
 
     def _refuse_scar(self, key: str, scar: Quantity) -> None:
         if self.pin.constant_area:

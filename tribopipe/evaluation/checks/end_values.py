@@ -4,6 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from itertools import combinations
 
 from tribopipe.base.errors import ContactError, FitError
@@ -20,11 +21,18 @@ from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
-from tribopipe.evaluation.measurements.worn_pair import contradictions, surest
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, UNWORN_PIN, contradictions, surest
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun, paired_key
 
 _ITEM = re.compile(r"\[\d+\]$")
+_GROOVES = {
+    "disc_wear_depth": ("a wear depth", "um"),
+    "disc_track_area": ("a cross-section", "um^2"),
+    "disc_wear_volume": ("a wear volume", "mm^3"),
+    "disc_mass_loss": ("a wear volume", "mm^3"),
+}
+"""What a measurement of a groove gives, and its unit."""
 _TRACK = ".disc_profile"
 """End of the key of a track, which may lead beyond the edge of its map."""
 """Number of a scan line at the end of its key."""
@@ -36,12 +44,13 @@ def impossible_measurement(run: RawRun) -> Iterator[Trouble]:
     contact = run.manifest.contact
     if contact is None:
         return
-    for where, end in _parts(run.manifest):
+    for number, (where, end) in enumerate(_parts(run.manifest), start=-1):
         yield from _masses_without_density(where, end, contact)
         if run.manifest.pin is None:
             continue
         yield from _impossible_on_the_pin(where, end, run.manifest.sliding_pin)
         yield from _impossible_track(where, end, run.manifest)
+        yield from _groove_beyond_the_tip(where, run, None if number < 0 else number)
 
 
 def _parts(manifest: RunManifest) -> Iterator[tuple[str, EndValues]]:
@@ -112,6 +121,28 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
                 f"found {width.shown('um')}, not less than the {size} "
                 f"({show(2 * radius.value, None, 'm', 'mm')}); expected a narrower track",
                 "check the units of both values",
+            )
+
+
+def _groove_beyond_the_tip(where: str, run: RawRun, interruption: int | None) -> Iterator[Trouble]:
+    """Find a groove so deep that, with the wear of the pin, the contact would be wider than the pin."""
+    try:
+        ways = pin_on_disc_wear(run, DefaultUncertainty(), interruption).bodies["disc"]
+    except FitError:
+        return
+    for way in ways:
+        what, unit = _GROOVES.get(way.name, ("", ""))
+        if not what or way.pair is None or not way.pair.tip.widens:
+            continue
+        # Any part of the wear may be that of a pin that was not measured, or none.
+        pair = replace(way.pair, pin=UNWORN_PIN) if way.pair.pin is UNKNOWN_SHARE else way.pair
+        if pair.beyond_tip:
+            tip = show(float(pair.tip.on_track(pair.tip.radius).most), None, "m", "um")
+            yield Trouble(
+                f"{where}.{way.name}",
+                f"found {what} of {pair.disc.quantity.shown(unit)}, at which scar and groove would have a combined "
+                f"depth of {tip} or more; expected less than the tip height of {tip}",
+                "check the units, the radius of the pin and the length of the wear track",
             )
 
 

@@ -42,6 +42,8 @@ _LONGER = 1.05
 _ELASTIC = 0.05
 """Fraction of the wear volume calculated from a scar that is due to elastic deformation and above which it is reported,
 if it exceeds the uncertainty of the volume."""
+_RING_WORN = 0.1
+"""Wear depth of a ring over its radius from which on volumes calculated with a constant radius are wrong by 5 %."""
 _ROUND = 1.1
 """Width over length of a scar from which on k_D is wrong by about a quarter if one is taken for the mean of both."""
 _UNEVEN = 1.3
@@ -371,6 +373,8 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             where = f"end_values of the {spoken(contact.body_name(role))}"
             if role == contact.tip_role and body.depth is not None:
                 yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
+            elif run.manifest.pin is not None and run.manifest.pin.line and body.depth is not None:
+                yield from _ring_worn(where, body.depth, run.manifest.sliding_pin)
             if body.specific_wear_rate is not None:
                 yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
 
@@ -405,6 +409,18 @@ def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Tro
         yield Trouble(
             where,
             f"found {what} of {show(size, None, 'm', 'mm')}; expected less than the {name} of {radius.shown('mm')}",
+            "check the units of the measurement and of the density",
+        )
+
+
+def _ring_worn(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Trouble]:
+    """Find a ring worn so deep that its radius is no longer about the one that everything is calculated with."""
+    name, radius = contact.worn_radius
+    if depth.value > _RING_WORN * radius.value:
+        yield Trouble(
+            where,
+            f"found a wear depth of {depth.shown('mm')}; expected less than {100 * _RING_WORN:.0f} % of the {name} of "
+            f"{radius.shown('mm')}, which is assumed to be constant",
             "check the units of the measurement and of the density",
         )
 

@@ -35,6 +35,7 @@ UNKNOWN_SHARE = EndValueUsed(
     "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
 )
 """Share of the pin in the wear depth of both where it is unknown: anything from 0 to 1."""
+UNWORN_PIN = EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m", standard_uncertainty=0.0), "default")
 _SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
 """Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
 UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCERTAINTY)
@@ -103,6 +104,11 @@ class WornPair:
     def contact(self) -> WornContact:
         """Return the shape of both bodies by the readings as they are."""
         return _solved(self, tuple(_best(self, "disc_volume").items()))[1]
+
+    @property
+    def beyond_tip(self) -> bool:
+        """Whether both bodies would be worn by all of the tip or more, so that no contact has these readings."""
+        return float(self.contact().approach) >= (1 - 2 * _EDGE) * float(self.tip.on_track(self.radius.value).most)
 
     def _inputs(self, what: Wear) -> dict[str, Quantity]:
         found = {self.pin.name: self.pin.quantity, self.disc.name: self.disc.quantity, "radius": self.radius}
