@@ -593,6 +593,14 @@ MORE = {
         ),
         "end_values.disc_profile",
     ),
+    "fretting that is known by volumes": (
+        "stroke_within_scar",
+        manifest(
+            conditions__stroke="0.3 mm",
+            end_values={"pin_wear_volume": "0.004 mm^3", "disc_wear_volume": "0.004 mm^3"},
+        ),
+        "conditions.stroke",
+    ),
     "cross-section of the track in mm² for µm²": (
         "scar_or_radius",
         manifest(

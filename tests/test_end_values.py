@@ -336,7 +336,12 @@ def test_a_load_is_stated_once():
         ("truncated-sphere", {"pin_scar_diameter": "100 um"}, "end_values.pin_scar_diameter", "flat of 120 µm"),
         ("flat", {"pin_profile": {"file": "a.csv"}}, "end_values.pin_profile", "flat pin"),
         ("spherical", {"disc_track_width": "1.6 mm"}, "end_values.disc_track_width", "diameter of the pin"),
-        ("spherical", {"disc_track_area": "1 mm^2"}, "end_values.disc_track_area", "a cross-section of (1.00 ± 0.10)×10⁶ µm²"),
+        (
+            "spherical",
+            {"disc_track_area": "1 mm^2"},
+            "end_values.disc_track_area",
+            "a cross-section of (1.00 ± 0.10)×10⁶ µm²",
+        ),
         ("spherical", {"disc_wear_volume": "51 mm^3"}, "end_values.disc_wear_volume", "tip height of 794 µm"),
         (
             "spherical",

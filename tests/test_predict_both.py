@@ -329,6 +329,17 @@ def test_a_stroke_that_is_short_for_its_groove_is_warned_of(tmp_path):
     assert not warned(circle)
 
 
+@pytest.mark.parametrize("coefficients", [{"pin": 2e-14}, {"pin": 2e-14, "disc": 5e-14}])
+def test_a_stroke_within_the_contact_is_one_finding(tmp_path, coefficients):
+    ball = 'shape = "spherical"\nradius = "3 mm"'
+    short = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='stroke = "0.3 mm"') / "run.toml")[0]
+    notes = predict_wear(scenario(short, **{"disc": 0.0, **coefficients}), [400.0]).notes
+    (note,) = [one for one in notes if one.startswith("warning")]
+    assert note.startswith("warning: found a stroke of 0.3 mm, not longer than the contact of 1.")
+    assert "both bodies never leave the contact (fretting)" in note
+    assert "do not use the wear depths; the wear volumes, k_D·F_N·s, remain valid" in note
+
+
 def test_published_scheme_is_refused(manifest):
     with pytest.raises(ContactError, match="published scheme"):
         predict_wear(scenario(manifest), [500.0], scheme="published")

@@ -42,7 +42,7 @@ def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B
 def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:
     counterbody = contact.counterbody_name()
     if counterbody not in terms.worn:
-        return PinWear(contact, terms.engine)
+        return PinWear(contact, terms.engine, terms.path if terms.there_and_back else None)
     if terms.path is None:
         raise ContactError(
             "conditions: found neither track_radius nor stroke; expected one of the two, to determine the length of "

@@ -35,6 +35,8 @@ class PinWear:
 
     contact: SlidingPin
     engine: WearEngine = "giwm"
+    stroke: Quantity | None = None
+    """Stroke, m, of a pin that slides there and back."""
 
     coefficients: ClassVar[tuple[str, ...]] = ("wear_coefficient",)
     displacement: ClassVar[str] = "wear_depth"
@@ -105,10 +107,26 @@ class PinWear:
         """Return nothing: the published scheme starts without wear."""
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
-        """Return what the contact assumes, and a scar too small for a rigid one; a tip that is worn away is refused."""
-        if self.engine != "volume" or last is None:
+        """Return what the contact assumes, a stroke within the scar, and a scar too small for a rigid one.
+
+        A tip that is worn away is refused.
+        """
+        if last is None:
             return self.contact.limits
-        return *self.contact.limits, *neglected_deformation(self.contact, values, last)
+        found = (*self.contact.limits, *fretting(self.stroke, last))
+        return found if self.engine != "volume" else (*found, *neglected_deformation(self.contact, values, last))
+
+
+def fretting(stroke: Quantity | None, last: State) -> Iterator[str]:
+    """Warn of a stroke no longer than the contact, of which the equations for sliding hold for volumes alone."""
+    length = 2 * float(last["half_length"])
+    if stroke is not None and stroke.value <= length:
+        yield (
+            f"warning: found a stroke of {stroke.shown('mm')}, not longer than the contact of "
+            f"{show(float(f'{length:.3g}'), None, 'm', 'mm')}; expected a longer stroke: at this stroke, parts of both "
+            "bodies never leave the contact (fretting); do not use the wear depths; the wear volumes, k_D·F_N·s, "
+            "remain valid"
+        )
 
 
 def _state(values: Values, worn: WornState) -> State:

@@ -17,6 +17,7 @@ from tribopipe.base.errors import ContactError
 from tribopipe.base.units import show
 from tribopipe.contacts.pin_on_disc import (
     PinWear,
+    fretting,
     neglected_deformation,
     no_local_wear_of_a_block,
     no_local_wear_of_a_flat_tip,
@@ -201,7 +202,10 @@ class PinAndTrackWear:
         always = (*self.contact.limits, "wear volume of each body: k_D·F_N·s")
         if last is None:
             return always
-        short, shallow = (*self._short(last), *self._near_the_ends(last)), self._neglected(values, last)
+        # Within its contact, a stroke has no middle either.
+        stroke = self.path if self.there_and_back else None
+        short = (*fretting(stroke, last), *self._short(last)) or self._near_the_ends(last)
+        shallow = self._neglected(values, last)
         return *always, *self._through(last), *short, *shallow
 
     def _near_the_ends(self, last: State) -> Iterator[str]:
@@ -231,7 +235,7 @@ class PinAndTrackWear:
                 )
 
     def _short(self, last: State) -> Iterator[str]:
-        if self.path.value > 2 * float(last["half_length"]):
+        if self.there_and_back or self.path.value > 2 * float(last["half_length"]):
             return
         yield (
             f"warning: the contact is {show(2 * float(last['half_length']), None, 'm', 'mm')} long and the wear track "

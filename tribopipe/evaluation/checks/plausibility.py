@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_wear, track_wear
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear, pin_wear, track_wear
 from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
@@ -545,6 +545,8 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
     if stroke is None or pin is None:
         return
     sizes = [("the scar", scar.value) for name, scar in _scars(run) if name != "pin_scar_width"]
+    if not sizes:
+        sizes += [("the worn contact", length) for length in _contact_length(run)]
     if not pin.line:
         sizes.append(("the initial contact", _start_width(run)))
     what, longest = max(sizes, key=lambda size: size[1], default=("", 0.0))
@@ -555,6 +557,15 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
             "expected a longer stroke: at this stroke, parts of both bodies never leave the contact (fretting)",
             "check the units of both values; in fretting, report the wear volumes and do not predict depths from k_D",
         )
+
+
+def _contact_length(run: RawRun) -> Iterator[float]:
+    """Yield the length of the contact along the sliding direction, m, by the surest measurement of pin or track."""
+    with suppress(FitError):
+        worn = pin_on_disc_wear(run, DefaultUncertainty()).bodies
+        way = surest(worn["pin"], "volume") or surest(worn["disc"], "volume")
+        if way is not None and way.pair is not None:
+            yield 2 * float(way.pair.contact().half_length)
 
 
 def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:
