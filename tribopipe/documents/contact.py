@@ -128,6 +128,12 @@ class Tip(Specimen):
         """Key of the post-test measurement that gives its wear volume most easily."""
         return "pin_wear_depth" if self.constant_area else "pin_scar_diameter"
 
+    @property
+    def how_to_measure(self) -> str:
+        """Remedy where its wear was not measured."""
+        what = "wear depth" if self.constant_area else "scar"
+        return f"measure the {what} and state it as end_values.{self.usual_measurement}"
+
 
 class Pin(Tip):
     """The pin or ball that slides on the disc."""

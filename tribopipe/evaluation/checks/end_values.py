@@ -4,8 +4,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
-from itertools import combinations
+from itertools import chain, combinations
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
@@ -21,7 +20,7 @@ from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
-from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, UNWORN_PIN, contradictions, surest
+from tribopipe.evaluation.measurements.worn_pair import contradictions, surest
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun, paired_key
 
@@ -127,17 +126,14 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
 def _groove_beyond_the_tip(where: str, run: RawRun, interruption: int | None) -> Iterator[Trouble]:
     """Find a groove so deep that, with the wear of the pin, the contact would be wider than the pin."""
     try:
-        ways = pin_on_disc_wear(run, DefaultUncertainty(), interruption).bodies["disc"]
+        bodies = pin_on_disc_wear(run, DefaultUncertainty(), interruption).bodies.values()
     except FitError:
         return
-    for way in ways:
+    for way in chain.from_iterable(bodies):
         what, unit = _GROOVES.get(way.name, ("", ""))
-        if not what or way.pair is None or not way.pair.tip.widens:
-            continue
-        # Any part of the wear may be that of a pin that was not measured, or none.
-        pair = replace(way.pair, pin=UNWORN_PIN) if way.pair.pin is UNKNOWN_SHARE else way.pair
-        if pair.beyond_tip:
-            tip = show(float(pair.tip.on_track(pair.tip.radius).most), None, "m", "um")
+        pair = way.pair
+        if what and pair is not None and pair.tip.widens and pair.beyond_tip:
+            tip = show(pair.tip_height, None, "m", "um")
             yield Trouble(
                 f"{where}.{way.name}",
                 f"found {what} of {pair.disc.quantity.shown(unit)}, at which scar and groove would have a combined "

@@ -18,7 +18,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear, pin_wear, track_wear
+from tribopipe.evaluation.measurements.pin_on_disc import pin_wear, track_wear
 from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
@@ -373,7 +373,7 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             where = f"end_values of the {spoken(contact.body_name(role))}"
             if role == contact.tip_role and body.depth is not None:
                 yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
-            elif run.manifest.pin is not None and run.manifest.pin.line and body.depth is not None:
+            elif body.depth is not None and contact.tip is not None and contact.tip.line:
                 yield from _ring_worn(where, body.depth, run.manifest.sliding_pin)
             if body.specific_wear_rate is not None:
                 yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
@@ -562,8 +562,8 @@ def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
 def _contact_length(run: RawRun) -> Iterator[float]:
     """Yield the length of the contact along the sliding direction, m, by the surest measurement of pin or track."""
     with suppress(FitError):
-        worn = pin_on_disc_wear(run, DefaultUncertainty()).bodies
-        way = surest(worn["pin"], "volume") or surest(worn["disc"], "volume")
+        pin, track = (worn(run, DefaultUncertainty()) for worn in (pin_wear, track_wear))
+        way = surest(pin, "volume") or surest(track, "volume")
         if way is not None and way.pair is not None:
             yield 2 * float(way.pair.contact().half_length)
 

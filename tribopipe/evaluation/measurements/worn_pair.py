@@ -35,7 +35,7 @@ UNKNOWN_SHARE = EndValueUsed(
     "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
 )
 """Share of the pin in the wear depth of both where it is unknown: anything from 0 to 1."""
-UNWORN_PIN = EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m", standard_uncertainty=0.0), "default")
+_UNWORN_PIN = EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m", standard_uncertainty=0.0), "default")
 _SHAPE = (SHAPE_MOST - SHAPE_LEAST) / math.sqrt(3) / (SHAPE_MOST + SHAPE_LEAST)
 """Relative standard uncertainty of a real groove's shape: known no better than those of rigid bodies differ."""
 UNKNOWN_ENDS = Quantity(value=0.0, unit="1", standard_uncertainty=EXTENSION_UNCERTAINTY)
@@ -107,8 +107,17 @@ class WornPair:
 
     @property
     def beyond_tip(self) -> bool:
-        """Whether both bodies would be worn by all of the tip or more, so that no contact has these readings."""
-        return float(self.contact().approach) >= (1 - 2 * _EDGE) * float(self.tip.on_track(self.radius.value).most)
+        """Whether both bodies would be worn by all of the tip or more, so that no contact has these readings.
+
+        Where the share of the pin is unknown, it may be zero.
+        """
+        pair = replace(self, pin=_UNWORN_PIN) if self.pin is UNKNOWN_SHARE else self
+        return float(pair.contact().approach) >= (1 - 2 * _EDGE) * self.tip_height
+
+    @property
+    def tip_height(self) -> float:
+        """Depth, m, at which all of the tip is worn away."""
+        return float(self.tip.on_track(self.radius.value).most)
 
     def _inputs(self, what: Wear) -> dict[str, Quantity]:
         found = {self.pin.name: self.pin.quantity, self.disc.name: self.disc.quantity, "radius": self.radius}

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION, DepthRecord, depth_record, pin_reading
@@ -524,11 +523,5 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
         raise FitError(
             f"{problem.run.id}: depth: found a depth signal that, fitted alone, gives a wear depth of {shown}; "
             'expected zero or more; if the signal decreases with wear, add the step "invert" with signals = '
-            f'["depth"] after the default steps, or {measure_the_pin(problem.contact)}'
+            f'["depth"] after the default steps, or {problem.contact.pin.how_to_measure}'
         )
-
-
-def measure_the_pin(contact: SlidingPin) -> str:
-    """Return the remedy for a pin that was not measured, with the key that its shape has."""
-    what = "wear depth" if contact.pin.constant_area else "scar"
-    return f"measure the {what} and state it as end_values.{contact.pin.usual_measurement}"

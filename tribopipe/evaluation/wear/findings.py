@@ -16,7 +16,7 @@ from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
 from tribopipe.evaluation.measurements.worn_pair import BY_SIGNAL
-from tribopipe.evaluation.wear.depth_problem import DepthProblem, measure_the_pin
+from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.physics.depth_model.mixture import ways
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
@@ -238,7 +238,7 @@ def _by_sensor_alone(problem: DepthProblem) -> Finding:
             f"found no post-test measurement of the pin; k_D is based on the {source}, with an assumed drift of "
             f"0 ± {drift} over the test"
         ),
-        remedy=measure_the_pin(problem.contact),
+        remedy=problem.contact.pin.how_to_measure,
     )
 
 
