@@ -297,8 +297,11 @@ def test_what_was_read_goes_there_and_back():
         ),
         (
             {"end_values": {"ball_scar_diameter": "14 mm"}},
-            "ball_scar_diameter: found 1.4×10⁴ µm, not less than the ball",
+            "ball_scar_diameter: found 1.4×10⁴ µm, not less than the equivalent ball diameter of 6350 µm",
         ),
+        ({"end_values": {"ball_scar_length": "6.4 mm"}}, "found 6400 µm, not less than the equivalent ball diameter"),
+        ({"end_values": {"ball_wear_depth": "3.2 mm"}}, "found 3200 µm, not less than the equivalent ball radius"),
+        ({"end_values": {"top_ball_wear_depth": "3.2 mm"}}, "found 3200 µm, not less than the equivalent ball radius"),
         (
             {"conditions": {"normal_load": "1600 N", "rotational_speed": "1200 rpm", "weld_load": "1569 N"}},
             r"conditions\.normal_load: found 1600 N, not less than the weld load of 1569 N",

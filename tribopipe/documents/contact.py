@@ -429,6 +429,8 @@ class SlidingPin(Contact):
     sensor_tells: ClassVar[bool] = True
     track_key: ClassVar[str | None] = None
     """Key of run.toml that determines the track radius; None if the conditions state it."""
+    equivalent_words: ClassVar[str] = "pin"
+    """Name of ``equivalent_pin``."""
     usual_diameters: ClassVar[tuple[float, ...]] = ()
     """Diameters, mm, of the body that this key describes in most tests."""
 
@@ -493,12 +495,12 @@ class SlidingPin(Contact):
             scar = getattr(measured, name)
             if scar is not None:
                 self._refuse_scar(f"{where}.{name}", scar)
-        radius = self.pin.radius
+        radius = self.equivalent_pin.radius
         for name in () if self.pin.constant_area else ("pin_wear_depth", "disc_wear_depth"):
             depth = getattr(measured, name)
             if depth is not None and depth.value >= radius.value:
                 raise ValueError(
-                    f"{where}.{name}: found {depth.shown('um')}, not less than the pin radius of "
+                    f"{where}.{name}: found {depth.shown('um')}, not less than the {self.equivalent_words} radius of "
                     f"{radius.shown('um')}; expected a smaller wear depth; check the units of both values"
                 )
 
@@ -508,10 +510,10 @@ class SlidingPin(Contact):
                 f"{key}: found a scar size for a flat pin, whose contact area is constant; expected pin_wear_depth; "
                 "specify the wear depth instead"
             )
-        diameter = 2 * self.pin.radius.value
+        diameter = 2 * self.equivalent_pin.radius.value
         if scar.value >= diameter:
             raise ValueError(
-                f"{key}: found {scar.shown('um')}, not less than the pin diameter of "
+                f"{key}: found {scar.shown('um')}, not less than the {self.equivalent_words} diameter of "
                 f"{show(diameter, None, 'm', 'um')}; expected a smaller scar; check the units of both values"
             )
 

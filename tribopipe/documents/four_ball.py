@@ -44,6 +44,7 @@ class FourBall(SlidingBall):
     standard: ClassVar[str] = "d4172"
     track_key: ClassVar[str | None] = "contact.ball.diameter"
     usual_diameters: ClassVar[tuple[float, ...]] = (12.7,)
+    equivalent_words: ClassVar[str] = "equivalent ball"
     own_conditions: ClassVar[tuple[str, ...]] = ("weld_load",)
     like: ClassVar[Mapping[str, str]] = {"top_ball": "ball"}
     load_share: ClassVar[float] = 1 / math.sqrt(6)
