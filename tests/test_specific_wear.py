@@ -37,7 +37,7 @@ def with_columns(run, **columns):
 
 
 def test_rate_is_volume_over_load_and_distance():
-    found = specific_wear(run_with(**BOTH))
+    found = specific_wear(run_with(CIRCLE, **BOTH))
     assert (found.outcome, found.load, found.notes) == ("evaluated", "nominal", ())
     assert found.pin.specific_wear_rate.value == pytest.approx(VOLUME / (0.2 * 500))
     share = math.hypot(0.03, 0.01)

@@ -12,8 +12,10 @@ from sweeps import others_slow
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.evaluation.friction import fit_friction
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.prediction import fitted_curves
+from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, run_scenario
+from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.physics.friction_path import ExponentialFriction
 from tribopipe.physics.pin_on_track import SphereOnTrack
 from tribopipe.readers.harmonize import read_run
@@ -85,8 +87,8 @@ def test_a_depth_that_gives_the_volume_does_as_well():
 SCAR = {"pin_scar_length": si(0.59e-3, "m", 5e-6)}
 
 
-def of_materials(pin, disc, **end):
-    run = run_of(described(conditions={"normal_load": si(LOAD, "N"), **CIRCLE}, **end))
+def of_materials(pin, disc, path=CIRCLE, **end):
+    run = run_of(described(conditions={"normal_load": si(LOAD, "N"), **path}, **end))
     contact = run.manifest.contact
     bodies = {
         name: contact.bodies[name].model_copy(update={"material": one}) for name, one in (("pin", pin), ("disc", disc))
@@ -132,12 +134,13 @@ def test_a_volume_and_both_axes_of_a_scar_need_no_look_at_the_disc(end):
 # --- with a depth signal ---
 
 
-def sample(**ends):
-    """The sample run on a circle of 4 mm, with these post-test measurements in the place of its own."""
+def sample(*, track=True, **ends):
+    """The sample run on a circle of 4 mm, or of unknown radius, with these post-test measurements for its own."""
     manifest, _ = read_manifest(SAMPLES / "si3n4-air-200mN" / "run.toml")
     run = read_run(SAMPLES / "si3n4-air-200mN")
     stated = {**manifest.model_dump(mode="json", exclude_unset=True), "end_values": ends}
-    stated["conditions"]["track_radius"] = si(4e-3, "m", 1e-5)
+    stated["conditions"].pop("track_radius", None)
+    stated["conditions"] |= {"track_radius": si(4e-3, "m", 1e-5)} if track else {}
     return replace(run, manifest=type(manifest).model_validate(stated))
 
 
@@ -157,6 +160,17 @@ def test_disc_that_wears_has_a_k_d_beside_that_of_the_pin():
 def test_disc_that_hardly_wears_has_none():
     fit = fit_wear(sample(**SCAR, disc_wear_depth=si(115e-9, "m", 2e-8)), recipe=FIRST_ORDER)
     assert (list(fit.bodies), fit.engine) == (["pin"], "giwm")
+
+
+@pytest.mark.parametrize("pin", [SCAR, {}])
+def test_a_track_of_unknown_length_is_no_unworn_disc_beside_a_depth_signal(pin):
+    run = sample(**pin, disc_wear_volume=si(4e-11, "m^3", 1e-12), track=False)
+    fit = fit_wear(run, recipe=FIRST_ORDER)
+    assert "track_length_unknown" in {finding.code for finding in fit.findings}
+    assert list(fit.bodies) == ["pin", "disc"]
+    assert "unseen groove" in {line.name for line in fit.bodies["pin"].budget}
+    assert coefficients(fit)["disc"] == pytest.approx(4e-11 / (LOAD * SLID), rel=1e-3)
+    assert "track_depth" not in fitted_curves(run, fit).bands
 
 
 @pytest.mark.slow
@@ -246,8 +260,74 @@ def test_no_wear_and_a_gain_within_the_uncertainty_are_a_k_d_with_its_sign(lost)
         assert ends == pytest.approx([k - 1.96 * spread, k + 1.96 * spread], rel=0.03)
 
 
-def test_a_track_of_unknown_length_gives_none_of_the_disc():
-    assert list(fit_wear(run_with(path={}), "archard", recipe=FIRST_ORDER).bodies) == ["pin"]
+def test_a_track_of_unknown_length_gives_k_d_of_both_bodies_from_their_volumes():
+    """V/(F_N·S) needs no length of the track."""
+    known, unknown = (fit_wear(run_with(path=path), "archard", recipe=FIRST_ORDER) for path in (CIRCLE, {}))
+    assert coefficients(unknown) == pytest.approx(coefficients(known), rel=1e-12)
+    assert not unknown.findings
+
+
+LENGTH = {"pin_scar_length": si(0.59e-3, "m", 5e-6)}
+LOST = {"disc_wear_volume": si(1e-10, "m^3", 3e-12)}
+
+
+@pytest.mark.parametrize("way", ["pin_scar_length", "pin_scar_diameter", "pin_wear_depth"])
+def test_a_groove_of_unknown_depth_is_no_unworn_disc(way):
+    """Without the length of the track a lost volume is a groove of unknown depth, which nobody has seen."""
+    pin = {way: si(14.5e-6, "m", 1e-7) if way == "pin_wear_depth" else si(0.2e-3, "m", 2e-6)}
+    conditions = {"normal_load": si(LOAD, "N")}
+    lost, unmeasured = (
+        fit_wear(run_of(described(conditions=conditions, **pin, **disc)), recipe=FIRST_ORDER) for disc in (LOST, {})
+    )
+    (found,) = [finding for finding in lost.findings if finding.code == "track_length_unknown"]
+    assert found.severity == "warning"
+    assert "conditions.track_radius" in found.where
+    assert "track_radius" in found.remedy
+    assert "stroke" in found.remedy
+    assert list(lost.bodies) == ["pin", "disc"]
+    pin_k = lost.bodies["pin"].wear_coefficient
+    assert pin_k.standard_uncertainty >= unmeasured.bodies["pin"].wear_coefficient.standard_uncertainty > 0
+    assert coefficients(lost)["disc"] == pytest.approx(1e-10 / (LOAD * SLID), rel=1e-12)
+
+
+@pytest.mark.parametrize("lost", [0.0, -1e-12])
+def test_a_disc_that_lost_nothing_has_no_groove_of_unknown_depth(lost):
+    end = {**LENGTH, "disc_wear_volume": si(lost, "m^3", 0.0)}
+    assert not fit_wear(of_materials("Al2O3", "steel", path={}, **end), recipe=FIRST_ORDER).findings
+
+
+@pytest.mark.parametrize(
+    "groove",
+    [
+        {"disc_wear_depth": si(20e-6, "m", 2e-7)},
+        {"disc_track_width": si(0.9e-3, "m", 5e-6)},
+        {"disc_track_area": si(12e-9, "m^2", 1e-10)},
+    ],
+)
+def test_a_measured_groove_needs_no_length_of_the_track(groove):
+    """The depth, width or cross-section of the groove determine the shape of the scar by themselves."""
+    fits = [
+        fit_wear(of_materials("Al2O3", "steel", path=path, **LENGTH, **groove), recipe=FIRST_ORDER)
+        for path in (CIRCLE, {})
+    ]
+    (known, unknown) = (fit.bodies["pin"].wear_coefficient for fit in fits)
+    assert unknown.value == pytest.approx(known.value, rel=1e-9)
+    assert unknown.standard_uncertainty == pytest.approx(known.standard_uncertainty, rel=1e-6)
+    assert not fits[1].findings
+
+
+def test_along_a_track_of_unknown_length_the_wear_of_the_pin_alone_is_predicted():
+    run = run_with(path={})
+    known = known_wear(fit_wear(run, "archard", recipe=FIRST_ORDER))
+    found = predict_wear(run_scenario(run, "archard", known, None, Recipe()), [SLID])
+    assert list(found.prediction[0].bodies) == ["pin"]
+    assert any("track_radius or stroke is missing, so the wear of the disc" in note for note in found.notes)
+
+
+def test_the_depth_of_a_pin_beside_a_groove_of_unknown_depth_is_noted():
+    notes = [specific_wear(run_with(path=path)).notes for path in ({}, CIRCLE)]
+    told = [any("those on an unworn disc" in note for note in found) for found in notes]
+    assert told == [True, False]
 
 
 def test_another_engine_asks_for_a_depth_signal():

@@ -118,6 +118,14 @@ def material():
     return {"material": pin.material, "youngs_modulus": si(304e9, "Pa"), "poisson_ratio": 0.24}
 
 
+def test_no_end_of_life_beside_a_groove_along_a_track_of_unknown_length():
+    both = [member("one", path={}, pin_wear_volume=lost(), disc_wear_volume=lost(k=K_DISC))]
+    result = studied(both, end_of_life=si(5e-6, "m")).result
+    assert list(result.laws[0].bodies) == ["pin", "disc"]
+    assert result.laws[0].runs[0].end_of_life is None
+    assert any("track_radius or stroke is missing" in note for note in result.laws[0].runs[0].notes)
+
+
 def test_k_d_of_one_geometry_predicts_another():
     """k_D is of the materials: a block on a ring and a larger ball lose what its k_D says, in names of their own."""
     fit = [member("pin", pin_wear_volume=lost(), disc_wear_volume=lost(k=K_DISC))]

@@ -120,6 +120,7 @@ TITLES: Mapping[str, str] = {
     "reading_contradicts_measurement": "depth signal contradicts the post-test measurement",
     "disc_by_depth_signal": "disc wear from depth signal",
     "disc_not_measured": "disc not measured",
+    "track_length_unknown": "length of the wear track unknown",
     "two_step_differs": "two-step correction gives a different k_D",
     "wear_rate_changes": "wear rate changes during the test",
     "reading_settles": "settling in the depth signal",

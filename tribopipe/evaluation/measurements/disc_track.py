@@ -156,6 +156,11 @@ def disc_notes(
             if lacking
             else "the wear volume of the disc cannot be determined from the depth or width of the wear track alone"
         )
+    if any(way.hides_groove for way in ways) and surest(ways, "depth") is None and run.manifest.sliding_pin.pin.widens:
+        yield (
+            "track_radius or stroke is missing, so the depth of the wear track is not calculated; wear depth and "
+            "volume of the pin are those on an unworn disc, unless they were measured directly"
+        )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair, pin_depth)
     for way in ways:

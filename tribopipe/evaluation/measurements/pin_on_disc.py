@@ -252,9 +252,13 @@ class _Found:
         return BodyWear(pin.name, pin.source, pair.find("pin_depth"), pair.find("pin_volume"), pair=pair)
 
     def _tells_of_the_groove(self, pin: EndValueUsed) -> bool:
-        """Return whether the disc was measured; a track is as wide as a scar of unknown direction in any groove."""
-        widths_alone = all(way.name in WIDTHS and way.depth is None for way in self.disc)
-        return bool(self.disc) and not (widths_alone and pin.name == "pin_scar_diameter")
+        """Return whether what was measured on the disc gives its groove, or that there is none.
+
+        A track is as wide as a scar of unknown direction in any groove, and a volume is of any depth on a track of
+        unknown length.
+        """
+        in_any_direction = pin.name == "pin_scar_diameter"
+        return any(not (way.hides_groove or (in_any_direction and way.name in WIDTHS)) for way in self.disc)
 
     def on_unworn_track(self, pin: EndValueUsed) -> EndValueUsed:
         """Return a reading with what the wear of the track makes of it, and as uncertain as both readings make it."""

@@ -336,6 +336,14 @@ class BodyWear:
     unseen_groove: float = 0.0
     """Relative standard uncertainty of the volume from a groove of the counterbody that nobody measured."""
 
+    @property
+    def hides_groove(self) -> bool:
+        """Whether a disc has lost a volume along a track of unknown length, so that its groove has any depth."""
+        lost = self.volume
+        if self.name not in VOLUMES or self.depth is not None or lost is None or lost.value < 0:
+            return False
+        return bool(lost.value or lost.standard_uncertainty)
+
 
 class WornBodies(NamedTuple):
     """Everything that was measured on the bodies at one time, as depth and volume."""

@@ -6,7 +6,7 @@ off by the same in all runs.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -46,6 +46,8 @@ from tribopipe.results.input_quantities import Input
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
+_NOT_PLACED = "track_radius or stroke is missing, so the distance to the wear depth is not calculated"
+
 
 @dataclass(frozen=True)
 class VolumeRun:
@@ -57,6 +59,11 @@ class VolumeRun:
     """By which power of its volume the relative uncertainty of each body's measurement decreases."""
 
     engine: ClassVar[WearEngine] = "volume"
+
+    def is_placed(self, bodies: Collection[str]) -> bool:
+        """Return whether depths follow from volumes: with a groove, they need the length of the track."""
+        known = self.member.corrected.run.manifest.path is not None
+        return known or all(body in self.contact.fitted_bodies for body in bodies)
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -182,12 +189,12 @@ def _gain(way: BodyWear) -> float:
 
 def judge_volumes(draws: VolumeDraws, asked: Question) -> Judgment:
     """Hold a law against the volume that each body whose k_D the study found has lost."""
-    wanted = asked.study.end_of_life
+    wanted, placed = asked.study.end_of_life, draws.run.is_placed(asked.bodies)
     return Judgment(
         bodies={body: _body(place, draws, asked) for place, body in enumerate(draws.run.bodies)},
         curves=tuple(_curve(body, draws, asked) for body in draws.run.bodies),
-        end_of_life=None if wanted is None else _life(draws, asked, wanted.value),
-        notes=(),
+        end_of_life=_life(draws, asked, wanted.value) if wanted is not None and placed else None,
+        notes=() if wanted is None or placed else (_NOT_PLACED,),
     )
 
 

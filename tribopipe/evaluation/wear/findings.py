@@ -11,10 +11,10 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, show
-from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
+from tribopipe.evaluation.measurements.pin_on_disc import track_wear
 from tribopipe.evaluation.measurements.worn_pair import BY_SIGNAL
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
@@ -23,6 +23,7 @@ from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
 from tribopipe.physics.depth_model.terms import AMPLITUDES
 from tribopipe.results.finding import Finding
+from tribopipe.results.run import RawRun
 
 _PLACES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 _LAST_PLACE = 0.98
@@ -32,6 +33,8 @@ _STOPPED = 0.05
 _RATIOS = (0.1, 0.2, 0.33, 0.5, 0.67, 1.5, 2.0, 3.0, 5.0, 10.0)
 _CLEARLY = 3.0
 """ln of the odds against wander from which on a change is named."""
+_WORN = 3.0
+"""Standard uncertainties from which on a lost volume is wear."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     if problem.end.disc is not None and problem.end.disc.name == BY_SIGNAL:
         yield _groove_by_signal(problem.end.disc.quantity)
     if "unseen_groove" in problem.inputs:
-        yield unseen_groove(problem.contact, problem.inputs["unseen_groove"].spread, problem.recipe)
+        yield unseen_groove(problem.run, problem.inputs["unseen_groove"].spread, problem.recipe)
 
 
 def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:
@@ -260,12 +263,17 @@ def _groove_by_signal(depth: Quantity) -> Finding:
     )
 
 
-def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Finding:
-    """Report a scar or a depth reading of a pin on a counterbody that nobody measured.
+def unseen_groove(run: RawRun, relative: float, recipe: Recipe) -> Finding:
+    """Report a scar or a depth reading of a pin on a counterbody whose groove nobody measured.
 
     It is a warning where the bodies differ: in a softer one the groove may be many times as deep as the pin is worn.
     It widens the scar and deepens the reading alike, so that neither contradicts the other.
     """
+    for way in track_wear(run, recipe.uncertainty):
+        lost = way.volume
+        if way.hides_groove and lost is not None and lost.value > _WORN * (lost.standard_uncertainty or 0.0):
+            return _track_length_unknown(way.name, lost, relative, recipe)
+    contact = run.manifest.sliding_pin
     alike = contact.pin.material == contact.counterbody.material
     beyond = "" if alike else "; the groove can be much deeper if the disc is softer than the pin"
     return Finding(
@@ -281,6 +289,23 @@ def unseen_groove(contact: SlidingPin, relative: float, recipe: Recipe) -> Findi
             "measure the depth of the wear track and state it as end_values.disc_wear_depth; if no track is visible, "
             "state 0 nm with its uncertainty"
         ),
+    )
+
+
+def _track_length_unknown(name: str, lost: Quantity, relative: float, recipe: Recipe) -> Finding:
+    """Report a disc whose lost volume gives no depth of its groove."""
+    return Finding(
+        severity="warning",
+        code="track_length_unknown",
+        where="conditions.track_radius",
+        message=(
+            f"found a wear volume of the disc, {lost.shown('mm^3')} from {name}, without the length of the wear track, "
+            "so the depth of the groove is unknown; k_D of the pin is calculated for an unworn disc, and its "
+            f"uncertainty includes {100 * relative:.2g} % for a groove whose depth is "
+            f"{100 * recipe.uncertainty.unseen_groove:.0f} % of the wear depth of the pin; the groove can "
+            "be much deeper"
+        ),
+        remedy='add track_radius, such as "6 mm", or stroke for a reciprocating pin',
     )
 
 

@@ -326,11 +326,7 @@ def volume_fit(
         inputs[told.name] = Input(told.quantity, told.source)
     end = float(np.nanmax(slid))
     law, limits = law_as_given(model, recipe), run.manifest.described.limits
-    findings = tuple(
-        unseen_groove(run.manifest.sliding_pin, way.unseen_groove, recipe)
-        for way, _ in lost.values()
-        if way.unseen_groove
-    )
+    findings = tuple(unseen_groove(run, way.unseen_groove, recipe) for way, _ in lost.values() if way.unseen_groove)
     return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits, findings)
 
 
@@ -340,14 +336,11 @@ def _lost(
     """Return what each body has lost in one contact, m³, and the way that gives it most certainly.
 
     It is below zero if a body has gained.
-
-    Over a track of unknown length a counterbody wears by an unknown depth, and nothing could be predicted of it.
     """
     contact, found = run.manifest.sliding_pin, {}
     for role, ways in pin_on_disc_wear(run, recipe.uncertainty, pin_depth=pin_depth, approach=approach).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
-        placed = body in contact.fitted_bodies or run.manifest.path is not None
-        if placed and best is not None and best.volume is not None and _is_known(best.volume):
+        if best is not None and best.volume is not None and _is_known(best.volume):
             found[body] = best, scaled(best.volume, 1 / contact.contacts_of(role))
     return found
 

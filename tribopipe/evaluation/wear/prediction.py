@@ -68,9 +68,14 @@ def wear_scenario(
 
 
 def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:
-    """Return the scenario of a run's own contact, load and friction under a known k_D."""
-    path = run_path(run, friction, recipe.wear.friction)
-    return wear_scenario(run.manifest, known, law, path, recipe, applied_load(run, recipe))
+    """Return the scenario of a run's own contact, load and friction under a known k_D.
+
+    Of a pin on a track of unknown length only the wear of the pin is predicted.
+    """
+    path, manifest = run_path(run, friction, recipe.wear.friction), run.manifest
+    # Two discs roll, so that no length of a track is missing.
+    known = known if manifest.pin is None else known.along(manifest.path, manifest.described.fitted_bodies)
+    return wear_scenario(manifest, known, law, path, recipe, applied_load(run, recipe))
 
 
 def fitted_curves(
@@ -245,6 +250,11 @@ def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
     for name, known in scenario.known.bodies.items():
         if known.value < 0:
             yield f"k_D of the {spoken(name)} is negative; it is assumed to be 0, with the same standard uncertainty"
+    for name in scenario.known.left_out:
+        yield (
+            f"track_radius or stroke is missing, so the wear of the {spoken(name)} is not predicted; the wear depth of "
+            f"the {spoken(scenario.first)} is that on a counterbody that does not wear"
+        )
     yield from scenario.notes(places)
     yield from default_notes(scenario.inputs)
 

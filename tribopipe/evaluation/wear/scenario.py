@@ -5,7 +5,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,14 @@ class KnownWear:
     """Law parameters in addition to k_D."""
     covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of ln k_D and the fitted law parameters."""
+    left_out: tuple[str, ...] = ()
+    """Bodies whose k_D is known, but not the length of the track along which they wear."""
+
+    def along(self, path: Quantity | None, fitted_bodies: Collection[str]) -> "KnownWear":
+        """Return k_D by which a run can be predicted: without the length of its track, that of the pin alone."""
+        left_out = () if path else tuple(name for name in self.bodies if name not in fitted_bodies)
+        kept = {name: found for name, found in self.bodies.items() if name not in left_out}
+        return replace(self, bodies=kept, correlation=0.0, left_out=left_out) if kept and left_out else self
 
     @property
     def first(self) -> Quantity:
