@@ -308,7 +308,7 @@ def test_readings_that_are_all_the_same_tell_no_scatter():
         ({"values": "384 um"}, "at least 2 readings"),
         ({"values": ["384 um", 380]}, "number 380.*without a unit"),
         ({"values": ["384 um", "380 s"]}, "not a unit of length"),
-        ({"values": ["384 um", "-380 um"]}, "a positive value"),
+        ({"values": ["384 um", "-380 um"]}, "zero or a positive value"),
         ({"values": ["384 um", "380 um"], "value": "382 um"}, "one of the two"),
         ({"values": ["384 um", "380 um"], "unit": "um"}, "one of the two"),
     ],

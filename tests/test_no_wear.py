@@ -1,15 +1,21 @@
-"""Predictions by a k_D that is zero, or below zero within its uncertainty."""
+"""Measurements that show no wear, and predictions by a k_D that is zero or below zero within its uncertainty."""
 
 import math
 
 import pytest
-from end_value_runs import RADIUS, described, run_of, si
+from end_value_runs import CIRCLE, RADIUS, described, run_of, si
+from test_block_on_ring import RADIUS as RING_RADIUS
+from test_block_on_ring import WIDTH, block_on_ring, read
+from test_block_on_ring import run_of as block_run
 
-from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.base.errors import ManifestError
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
+from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import known_wear
-from tribopipe.physics.geometry import worn_depth
+from tribopipe.physics.geometry import cap_height, segment_area, worn_depth, worn_volume
 
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 
@@ -25,3 +31,51 @@ def test_predicted_depth_is_zero_and_as_uncertain_as_the_cap_of_the_uncertain_vo
     assert depth.standard_uncertainty == pytest.approx(cap, rel=1e-3)
     assert any("is negative" in note for note in found.notes) == (lost < 0)
     assert math.isfinite(found.bodies["pin"].wear_coefficient.value)
+
+
+SPREAD = 20e-6
+UNSEEN = si(0.0, "m", SPREAD)
+NO_GROOVE = {"disc_wear_depth": si(0.0, "m", 2e-8)}
+
+
+def cap(scar):
+    """Volume of a cap by the diameter of its base, m³."""
+    return float(worn_volume(depth=cap_height(scar_radius=scar / 2, sphere_radius=RADIUS), sphere_radius=RADIUS))
+
+
+@pytest.mark.parametrize("way", ["pin_scar_diameter", "pin_scar_length", "pin_scar_width"])
+@pytest.mark.parametrize("disc", [{}, NO_GROOVE])
+def test_no_scar_is_no_wear_within_the_cap_of_the_largest_scar_that_may_be_there(way, disc):
+    run = run_of(described(conditions={"normal_load": si(0.2, "N"), **CIRCLE}, **{way: UNSEEN}, **disc))
+    pin = next(one for one in pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"] if one.name == way)
+    assert (pin.depth.value, pin.volume.value) == (0, 0)
+    # The root mean square of a cap, about πd⁴/64R, over all scars is √105 that of the standard uncertainty.
+    assert cap(1.96 * SPREAD) < 1.96 * pin.volume.standard_uncertainty < 1.05 * 1.96 * math.sqrt(105) * cap(SPREAD)
+    assert not [finding for finding in check_run(run) if finding.severity != "note"]
+    k = fit_wear(run, "archard", recipe=FIRST_ORDER).first
+    assert k.wear_coefficient.value == 0
+    assert k.interval[1].value >= cap(1.96 * SPREAD) / (0.2 * 500)
+
+
+def test_no_scar_on_a_block_is_no_wear_within_the_segment_of_the_largest_one():
+    run = block_run(block_scar_width={"value": "0 mm", "standard_uncertainty": "0.1 mm"})
+    (block,) = pin_on_disc_wear(run, DefaultUncertainty()).bodies["pin"]
+    most = WIDTH * float(segment_area(half_chord=1.96e-4 / 2, radius=RING_RADIUS))
+    assert block.volume.value == 0
+    assert 1.96 * block.volume.standard_uncertainty == pytest.approx(most, rel=0.03)
+
+
+@pytest.mark.parametrize("key", ["disc_track_width", "disc_track_area"])
+def test_no_track_is_no_wear_of_the_disc(key):
+    value = si(0.0, "m", SPREAD) if key.endswith("width") else si(0.0, "m^2", 1e-12)
+    run = run_of(described(conditions=CIRCLE, pin_scar_length=si(0.2e-3, "m", 2e-6), **{key: value}))
+    disc = pin_on_disc_wear(run, DefaultUncertainty()).bodies["disc"]
+    assert not any(way.depth is not None and way.depth.value > 0 for way in disc)
+    assert fit_wear(run, "archard", recipe=FIRST_ORDER).bodies["pin"].wear_coefficient.value == pytest.approx(
+        cap(0.2e-3) / (0.2 * 500), rel=0.02
+    )
+
+
+def test_a_scar_below_zero_is_refused():
+    with pytest.raises(ManifestError, match=r"block_scar_width: found -0.001 m; expected zero or a positive value"):
+        read(block_on_ring(end_values={"block_scar_width": "-1.0 mm"}))

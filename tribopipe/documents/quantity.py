@@ -344,7 +344,7 @@ def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return table | {"value": value, "standard_uncertainty": spread, "readings": tuple(single)}
 
 
-def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
+def _of_kind(quantity: Quantity, *, kind: str, positive: bool, zero: bool = False) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
         raise ValueError(
@@ -358,10 +358,11 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool) -> Quantity:
                 f"found {number:g} {si}, which is not physically possible; expected a {kind} such as "
                 f"{units.KINDS[kind].example!r}; check number and unit"
             )
-    if positive and any(not value > 0 for value in (quantity.value, *readings)):
+    if positive and any(not (value > 0 or (zero and value == 0)) for value in (quantity.value, *readings)):
         least = min(quantity.value, *readings) if readings else quantity.value
         found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)
-        raise ValueError(f"found {found}; expected a positive value; check sign and value")
+        expected = "zero or a positive value" if zero else "a positive value"
+        raise ValueError(f"found {found}; expected {expected}; check sign and value")
     if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:
         raise ValueError("found a negative standard_uncertainty; expected zero or a positive value; remove the sign")
     return quantity
@@ -401,11 +402,11 @@ def _form(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
     return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
 
 
-def _rules(kind: str, *, positive: bool = True, method: bool = False) -> tuple[Any, ...]:
+def _rules(kind: str, *, positive: bool = True, zero: bool = False, method: bool = False) -> tuple[Any, ...]:
     return (
         Unit(units.KINDS[kind].si),
         BeforeValidator(partial(_take, kind=kind, repeated=method)),
-        AfterValidator(partial(_of_kind, kind=kind, positive=positive)),
+        AfterValidator(partial(_of_kind, kind=kind, positive=positive, zero=zero)),
         WithJsonSchema(_written_schema(kind, method=method)),
     )
 
@@ -434,9 +435,9 @@ Percentage = Annotated[Quantity, *_rules("percentage")]
 Slip = Annotated[Quantity, *_rules("percentage", positive=False)]
 DriftRate = Annotated[Quantity, *_rules("drift rate", positive=False)]
 WearCoefficient = Annotated[Quantity, *_rules("wear coefficient")]
-MeasuredLength = Annotated[EndValue, *_rules("length", method=True)]
+MeasuredLength = Annotated[EndValue, *_rules("length", zero=True, method=True)]
 MeasuredDepth = Annotated[EndValue, *_rules("length", positive=False, method=True)]
-MeasuredArea = Annotated[EndValue, *_rules("area", method=True)]
+MeasuredArea = Annotated[EndValue, *_rules("area", zero=True, method=True)]
 MeasuredVolume = Annotated[EndValue, *_rules("volume", positive=False, method=True)]
 MeasuredMass = Annotated[EndValue, *_rules("mass", positive=False, method=True)]
 

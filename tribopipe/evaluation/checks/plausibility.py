@@ -458,7 +458,7 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     if pin.line:
         yield from _scar_across(run, pin.line)
         return
-    if end.pin_scar_diameter is not None:
+    if end.pin_scar_diameter is not None and end.pin_scar_diameter.value:
         yield from _track_beside(end.pin_scar_diameter, end)
         yield from _groove_beside(end.pin_scar_diameter, run)
     yield from _longer_than_wide(end)
@@ -569,10 +569,10 @@ def _contact_length(run: RawRun) -> Iterator[float]:
 
 
 def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:
-    """Yield the measured sizes of the scar by their keys."""
+    """Yield the measured sizes of the scar by their keys; none of a scar that is not there."""
     for name in SCARS:
         scar = getattr(run.manifest.end_values, name)
-        if scar is not None:
+        if scar is not None and scar.value:
             yield name, scar
 
 

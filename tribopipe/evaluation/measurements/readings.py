@@ -19,7 +19,10 @@ from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.results.input_quantities import Source, stated_or_default
 from tribopipe.results.run import Profile, RawRun, before_key
 
-_NODE = math.sqrt(3)
+_NODES = ((math.sqrt(3), 1 / 6),)
+"""Nodes of Gauss–Hermite quadrature above the best value, in standard uncertainties, and their weights."""
+_NODES_AT_ZERO = tuple((math.sqrt(5 + side * math.sqrt(10)), (7 - side * 2 * math.sqrt(10)) / 60) for side in (-1, 1))
+"""Nodes of a value of zero, where the volume of a scar goes with the fourth power of its size."""
 
 
 def combined(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:
@@ -27,16 +30,18 @@ def combined(function: Callable[..., float], given: Sequence[Quantity], unit: st
 
     What each contributes is the root mean square of f − f(best) over a normal distribution, by Gauss–Hermite quadrature
     with the nodes −√3u, 0 and √3u: u·|df/dx| where f is linear. Terms of second order are exact as well, so that a
-    derivative that vanishes, as that of a cap's volume at no wear, does not make the result certain (5.1.2, note). Of
-    a rectangular distribution the nodes are its ends and its middle, and the rule is Simpson's.
+    derivative that vanishes, as that of a cap's volume at no wear, does not make the result certain (5.1.2, note). At a
+    value of zero five nodes make terms of fourth order exact, too. Of a rectangular distribution the nodes are its ends
+    and its middle, and the rule is Simpson's.
     """
     best = [float(one.value) for one in given]
     value = float(function(*best))
-    shares = []
+    shares: list[float] = []
     for place, one in enumerate(given):
         spread = one.standard_uncertainty or 0.0
-        moved = ([*best[:place], best[place] + step * spread, *best[place + 1 :]] for step in (-_NODE, _NODE))
-        shares += [(function(*there) - value) / math.sqrt(6) for there in moved] if spread else []
+        for node, weight in (_NODES if best[place] else _NODES_AT_ZERO) if spread else ():
+            moved = ([*best[:place], best[place] + step * spread, *best[place + 1 :]] for step in (-node, node))
+            shares += [math.sqrt(weight) * (function(*there) - value) for there in moved]
     return Quantity(value=value, unit=unit, standard_uncertainty=math.hypot(*shares))
 
 

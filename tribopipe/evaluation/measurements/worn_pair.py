@@ -272,7 +272,8 @@ class _Solver:
         if name in WIDTHS:
             return self._approach(name, reading) - disc_depth(0.0)
         if name == "pin_scar_diameter":
-            return self._between(lambda h: self._diameter(h, h + disc_depth(h)) - reading)
+            size = abs(reading)
+            return math.copysign(self._between(lambda h: self._diameter(h, h + disc_depth(h)) - size), reading)
         return float(self.pair.tip.depth(self.pair.pin, reading, self.given["radius"]))
 
     def _of_share(self, share: float, disc_depth: Callable[[float], float]) -> float:
