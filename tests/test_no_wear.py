@@ -4,6 +4,7 @@ import math
 
 import pytest
 from end_value_runs import CIRCLE, RADIUS, described, run_of, si
+from pydantic import ValidationError
 from test_block_on_ring import RADIUS as RING_RADIUS
 from test_block_on_ring import WIDTH, block_on_ring, read
 from test_block_on_ring import run_of as block_run
@@ -79,3 +80,22 @@ def test_no_track_is_no_wear_of_the_disc(key):
 def test_a_scar_below_zero_is_refused():
     with pytest.raises(ManifestError, match=r"block_scar_width: found -0.001 m; expected zero or a positive value"):
         read(block_on_ring(end_values={"block_scar_width": "-1.0 mm"}))
+
+
+@pytest.mark.parametrize("disc", [{}, {"disc_wear_depth": si(3e-6, "m", 1e-7)}])
+def test_a_flat_pin_that_became_longer_has_gained_material(disc):
+    """Its area stays the same, so that a depth with its sign is a volume with its sign."""
+    ends = {"pin_wear_depth": si(-2e-6, "m", 0.5e-6), **disc}
+    run = run_of(described("flat", conditions={"normal_load": si(0.2, "N", 0.0), **CIRCLE}, **ends))
+    fit = fit_wear(run, "archard", recipe=FIRST_ORDER)
+    k, gained = fit.bodies["pin"].wear_coefficient, math.pi * RADIUS**2 * 2e-6
+    assert k.value == pytest.approx(-gained / (0.2 * 500), rel=0.02)
+    assert k.standard_uncertainty == pytest.approx(0.25 * gained / (0.2 * 500), rel=0.1)
+    assert all(fit.bodies[body].wear_coefficient.value > 0 for body in fit.bodies if body == "disc")
+    assert "material_gained" in {finding.code for finding in check_run(run)}
+
+
+@pytest.mark.parametrize("key", ["pin_wear_depth", "disc_wear_depth"])
+def test_a_gain_whose_volume_is_unknown_is_refused(key):
+    with pytest.raises(ValidationError, match=f"{key}: found -2.00 ± 0.50 µm.*negative {key[:-5]}volume"):
+        described(**{key: si(-2e-6, "m", 0.5e-6)})

@@ -495,8 +495,16 @@ class SlidingPin(Contact):
             scar = getattr(measured, name)
             if scar is not None:
                 self._refuse_scar(f"{where}.{name}", scar)
-        radius = self.equivalent_pin.radius
-        for name in () if self.pin.constant_area else ("pin_wear_depth", "disc_wear_depth"):
+        if self.pin.constant_area:
+            return
+        gained, radius = measured.pin_wear_depth, self.equivalent_pin.radius
+        if gained is not None and gained.value < 0:
+            raise ValueError(
+                f"{where}.pin_wear_depth: found {gained.shown('um')}; expected zero or more, since the depth of a gain "
+                "does not determine its volume on a tip whose contact area changes; enter a gain of material as a "
+                "negative pin_wear_volume or pin_mass_loss"
+            )
+        for name in ("pin_wear_depth", "disc_wear_depth"):
             depth = getattr(measured, name)
             if depth is not None and depth.value >= radius.value:
                 raise ValueError(

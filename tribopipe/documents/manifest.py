@@ -323,6 +323,14 @@ _MAY_GAIN = tuple(f"{role}_" for kind in SHIPPED.values() if kind.material_trans
 """How keys begin of bodies that may gain material from the other one."""
 
 
+def _remedy(name: str) -> str:
+    """Return what to do with a measurement below zero: a gain of material is stated as a volume or mass."""
+    body = next((start for start in _MAY_GAIN if name.startswith(start)), None)
+    if body is None:
+        return "remove the sign"
+    return f"remove the sign, or enter a gain of material as a negative {body}wear_volume or {body}mass_loss"
+
+
 class EndValues(Record):
     """Post-test measurements with a profilometer, microscope or balance."""
 
@@ -375,13 +383,15 @@ class EndValues(Record):
 
     @model_validator(mode="after")
     def _wear_is_a_loss(self) -> Self:
-        # A body may gain material from the other one, by volume or mass; no scar or groove can show that.
+        # A body may gain material from the other one, by volume or mass, or by the length of a pin whose area stays the
+        # same (``SlidingPin.refuse_wear``); no scar or groove can show that.
         for name in EndValues.model_fields:
             value = getattr(self, name)
-            signed = name.endswith(("wear_volume", "mass_loss")) and name.startswith(_MAY_GAIN)
+            gains = name.endswith(("wear_volume", "mass_loss")) and name.startswith(_MAY_GAIN)
+            signed = gains or name == "pin_wear_depth"
             if isinstance(value, EndValue) and value.value < 0 and not signed:
                 found = value.shown({"m": "um", "m^3": "mm^3", "kg": "mg"}[value.unit])
-                raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss; remove the sign")
+                raise ValueError(f"{name}: found {found}; expected zero or more, since wear is a loss; {_remedy(name)}")
         return self
 
     @model_validator(mode="after")

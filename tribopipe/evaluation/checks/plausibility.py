@@ -334,7 +334,7 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                     f"end_values of the {spoken(name)}",
                     f"found a negative wear volume, {volume.shown('mm^3')}, which is a gain of material; expected a "
                     "loss; wear rate and k_D are reported as negative values",
-                    "check the sign and repeat the weighing; material may have been transferred from the counterbody",
+                    "check the sign, and repeat the measurement; material may have come from the counterbody",
                 )
 
 
