@@ -18,6 +18,7 @@ from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.manifest import read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
+from tribopipe.evaluation.wear.coating import worn_coatings
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.pipeline.stages import ingest, predict_with
@@ -290,6 +291,23 @@ def test_a_coating_that_is_worn_through_is_warned_of(manifest):
         for note in deep
     )
     assert not any("coating" in note for note in shallow)
+
+
+@pytest.mark.parametrize("body", ["pin", "disc"])
+def test_the_place_at_which_a_coating_is_worn_through_is_where_the_wear_is_as_deep(manifest, body):
+    film = {"coating_thickness": Quantity(value=8e-6, unit="m", standard_uncertainty=0.0)}
+    coated = {body: getattr(manifest.contact, body).model_copy(update=film)}
+    asked = scenario(manifest.model_copy(update={"contact": manifest.contact.model_copy(update=coated)}))
+    (worn,) = worn_coatings(asked, 500.0)
+    assert worn.body == body
+    (there,) = predict_wear(asked, [worn.place.value]).prediction
+    assert there.bodies[body].wear_depth.value == pytest.approx(8e-6, rel=1e-6)
+    (note,) = [note for note in predict_wear(asked, [500.0]).notes if "coating" in note]
+    assert f"exceeded from {worn.place.shown('m')} on" in note
+    if body == "pin":
+        (reached,) = predict_wear(asked, depths=[8e-6]).reached
+        assert worn.place.value == pytest.approx(reached.sliding_distance.value, rel=1e-6)
+        assert worn.place.u == pytest.approx(reached.sliding_distance.u, rel=1e-3)
 
 
 def elastic(prediction):

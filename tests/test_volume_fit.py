@@ -1,6 +1,7 @@
 """k_D of bodies by the volumes that they have lost: by hand, under any law, uncertain as it is, and where none is."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from folders import SAMPLES
 from sweeps import others_slow
 
 from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
@@ -328,6 +330,21 @@ def test_the_depth_of_a_pin_beside_a_groove_of_unknown_depth_is_noted():
     notes = [specific_wear(run_with(path=path)).notes for path in ({}, CIRCLE)]
     told = [any("those on an unworn disc" in note for note in found) for found in notes]
     assert told == [True, False]
+
+
+def test_the_distance_at_which_a_coating_wore_through_is_that_of_the_fitted_course():
+    """The volume of a cap is in proportion to the distance."""
+    run = run_of(described(conditions={"normal_load": si(LOAD, "N")}, pin_wear_volume=si(PIN, "m^3", 0.03 * PIN)))
+    contact = run.manifest.contact
+    film = contact.pin.model_copy(update={"coating_thickness": Quantity(value=10e-6, unit="m")})
+    coated = run.manifest.model_copy(update={"contact": contact.model_copy(update={"pin": film})})
+    findings = fit_wear(replace(run, manifest=coated), "archard", recipe=FIRST_ORDER).findings
+    (worn,) = [finding for finding in findings if finding.code == "coating_worn_through"]
+    assert worn.where == "contact.pin.coating_thickness"
+    cap = math.pi * 10e-6**2 * (3 * RADIUS - 10e-6) / 3
+    distance, spread = (float(part) for part in re.search(r"from ([\d.]+) ± ([\d.]+) m on", worn.message).groups())
+    assert distance == pytest.approx(SLID * cap / PIN, rel=0.01)
+    assert spread == pytest.approx(distance * math.hypot(0.03, 0.01), rel=0.1)
 
 
 def test_another_engine_asks_for_a_depth_signal():

@@ -198,7 +198,7 @@ class PinAndTrackWear:
         """Return nothing: the published scheme is not that of two bodies."""
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
-        """Return what the contact assumes; worn coatings, a track too short for it, and a scar too small for it."""
+        """Return what the contact assumes; a track too short for it, and a scar too small for it."""
         always = (*self.contact.limits, "wear volume of each body: k_D·F_N·s")
         if last is None:
             return always
@@ -206,7 +206,7 @@ class PinAndTrackWear:
         stroke = self.path if self.there_and_back else None
         short = (*fretting(stroke, last), *self._short(last)) or self._near_the_ends(last)
         shallow = self._neglected(values, last)
-        return *always, *self._through(last), *short, *shallow
+        return *always, *short, *shallow
 
     def _near_the_ends(self, last: State) -> Iterator[str]:
         """Warn of a stroke so short that the shape of the groove is that of its ends."""
@@ -223,16 +223,6 @@ class PinAndTrackWear:
     def _neglected(self, values: Values, last: State) -> Iterator[str]:
         if self.engine != "local":
             yield from neglected_deformation(self.contact, values, last)
-
-    def _through(self, last: State) -> Iterator[str]:
-        for (name, body), depth in zip(self.contact.bodies.items(), ("wear_depth", "track_depth"), strict=True):
-            coating, worn = body.coating_thickness, float(last[depth])
-            if coating is not None and worn > coating.value:
-                yield (
-                    f"warning: found a wear depth of {show(worn, None, 'm', 'um')} on the {name}, more than its "
-                    f"coating thickness of {coating.shown('um')}; expected wear within the coating, since k_D is that "
-                    "of the coating"
-                )
 
     def _short(self, last: State) -> Iterator[str]:
         if self.there_and_back or self.path.value > 2 * float(last["half_length"]):

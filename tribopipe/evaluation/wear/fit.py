@@ -7,29 +7,33 @@ in which every systematic input is drawn once per run.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import ContactError
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between, wear_coefficient
 from tribopipe.documents.recipe import FrictionSource, LawName, MonteCarloRecipe, Recipe
 from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.wear.coating import coating_findings
 from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, correlation, measurement_fit, volume_fit
-from tribopipe.evaluation.wear.prediction import fitted_curves
+from tribopipe.evaluation.wear.prediction import fitted_curves, run_scenario
 from tribopipe.evaluation.wear.problem import pin_depth_by_reading
+from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
 from tribopipe.physics.laws import law_named
 from tribopipe.physics.uncertainty import Distribution, first_order_holds, propagate_together
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.finding import reworded
+from tribopipe.results.finding import Finding, reworded
 from tribopipe.results.input_quantities import Inputs
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import BodyWear, MonteCarlo, WearFit
@@ -128,7 +132,19 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
     fit = _with_monte_carlo(fit, found, recipe.monte_carlo, several=len(manifest.described.fitted_bodies) > 1)
     if isinstance(volumes, VolumeFit) and found is not volumes and fit.engine == "volume":
         fit = _with_counterbody(fit, volumes)
-    return reworded(fit, manifest.worded)
+    coatings = tuple(_worn_coatings(corrected.run, fit, friction, recipe))
+    return reworded(fit.model_copy(update={"findings": (*fit.findings, *coatings)}), manifest.worded)
+
+
+def _worn_coatings(run: RawRun, fit: WearFit, friction: FrictionFit | None, recipe: Recipe) -> Iterator[Finding]:
+    """Report where coatings wore through by the fit; nothing beside a groove of unknown depth."""
+    known = known_wear(fit)
+    if known is None or run.manifest.contact is None:
+        return
+    scenario = run_scenario(run, fit.model, known, friction, recipe)
+    with suppress(ContactError):
+        if not scenario.known.left_out:
+            yield from coating_findings(scenario, float(np.nanmax(run.progress)))
 
 
 def _by_volume(

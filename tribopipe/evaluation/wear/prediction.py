@@ -16,6 +16,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import applied_load, run_path
+from tribopipe.evaluation.wear.coating import coating_notes
 from tribopipe.evaluation.wear.inputs import default_notes, given_parameters
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
 from tribopipe.physics.friction_path import FrictionPath
@@ -256,6 +257,8 @@ def _notes(scenario: Scenario, places: Column) -> Iterator[str]:
             f"the {spoken(scenario.first)} is that on a counterbody that does not wear"
         )
     yield from scenario.notes(places)
+    if places.size:
+        yield from coating_notes(scenario, float(places.max()))
     yield from default_notes(scenario.inputs)
 
 
