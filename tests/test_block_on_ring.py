@@ -72,6 +72,15 @@ def test_block_alone_wears_alike():
     assert alone.contact.half_width.value == pytest.approx(WIDTH / 2)
 
 
+@pytest.mark.parametrize("both", [{}, {"ring": 2e-16}])
+def test_the_radius_of_a_prediction_has_the_name_of_the_ring(both):
+    run = read(block_on_ring())
+    known = {name: Quantity(value=k, unit="m^2/N") for name, k in {"block": 5e-15, **both}.items()}
+    found = predict_wear(wear_scenario(run, given_wear(run.described, known, Recipe())), [SLID])
+    assert found.conditions["ring_radius"].value == RADIUS
+    assert "pin_radius" not in found.conditions
+
+
 def run_of(**ends: object) -> RawRun:
     distance = np.linspace(0.0, SLID, 50)
     manifest = read(block_on_ring(end_values=ends))

@@ -52,8 +52,9 @@ class PinWear:
 
     @property
     def conditions(self) -> dict[str, Quantity]:
-        """The radius of the tip."""
-        return {"pin_radius": self.contact.pin.radius}
+        """The radius that is worn flat, by the name of its body, such as "ring_radius" of a block on a ring."""
+        name, radius = self.contact.worn_radius
+        return {self.contact.worded(name).replace(" ", "_"): radius}
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, tip radius and moduli with the uncertainties stated, or else the recipe's defaults."""

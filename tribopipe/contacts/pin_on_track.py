@@ -85,7 +85,7 @@ class PinAndTrackWear:
     @property
     def conditions(self) -> dict[str, Quantity]:
         """The radius of the tip, and how long the track is."""
-        return {"pin_radius": self.contact.pin.radius, "track_length": self.path}
+        return PinWear(self.contact, self.engine).conditions | {"track_length": self.path}
 
     def inputs(self, normal_load: Quantity, recipe: Recipe) -> dict[str, Input]:
         """Return load, tip radius and track with the uncertainties stated, or else the recipe's defaults."""
