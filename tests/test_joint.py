@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from joint_fit import JointFit, fit_joint
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize_scalar
 from sweeps import others_slow
 from test_identify import CASES, quiet, record
@@ -121,13 +122,19 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
     truth, raw = virtual(run_id, sensors=quiet())
     worn = truth.worn.pin_depth[-1]
     ends = {"disc_wear_depth": metres(disc_share * worn, 20e-9)} if disc_share else {}
-    # The simulator's disc wears as ∫ds/a, as a point of the track under the contact does.
     truth, raw = virtual(run_id, sensors=quiet(), **ends)
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), **ends)
-    # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way.
+    # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way, and the groove
+    # deepens with the area that the middle slice of the pin loses, ∫2a·dh.
     tip = SphereOnTrack(raw.manifest.sliding_pin.pin.radius.value)
     grown = depth_growth(tip, truth.distance / truth.distance[-1], worn, disc_share * worn)
-    raw = with_depth(raw, raw.columns["depth"] + truth.worn.pin_depth * (grown - 1))
+    pin = truth.worn.pin_depth * grown
+    posed = problems(raw)[1]
+    curve = posed.pin(posed.values)
+    chord = curve.worn(curve.volume(truth.worn.pin_depth)).radius * np.sqrt(grown)
+    lost = cumulative_trapezoid(chord, pin, initial=0)
+    groove = disc_share * worn * lost / lost[-1]
+    raw = with_depth(raw, raw.columns["depth"] + pin + groove - truth.worn.pin_depth - truth.worn.disc_depth)
     joint = joint_fit(raw)
     # An end value of ±250 nm says next to nothing of WC-Co: what is found, the law's shape has said.
     # And it would have lost more.

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from independent.wear import worn_pair
 from joint_fit import fit_joint
 from listening import listening
 
@@ -61,6 +62,43 @@ def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spheric
     depth = offset + scenario.worn(slid)["wear_depth"] + drift * seconds + noise * rng.standard_normal(len(seconds))
     columns = {"time": seconds, "sliding_distance": distance, "depth": depth}
     return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
+
+
+GROOVE_K = 1e-15
+LOAD = 5.0
+PIN = 3e-3
+"""Radius of a pin or a ball, m."""
+
+
+def grooved_run(contact: dict, groove: float, *, measured: bool = False, drift=5e-11, noise=1e-7) -> RawRun:
+    """Return 500 m at 10 Hz of a rigid ball with k_D = GROOVE_K on a groove about ``groove`` times as deep as itself.
+
+    Depths are those of `worn_pair`, an independent computation.
+    """
+    from conftest import MANIFEST
+
+    seconds = np.arange(12501) / 10
+    distance = 0.4 * seconds
+    ball = GROOVE_K * LOAD * distance
+    cap = np.sqrt(ball[-1] / (np.pi * PIN))
+    worn = worn_pair(PIN, ball, groove * 4 / 3 * cap * np.sqrt(2 * PIN * cap) * distance / END)
+    rng = np.random.default_rng(1)
+    depth = 1e-6 + worn.ball + worn.groove + drift * seconds + noise * rng.standard_normal(len(seconds))
+    ends = {
+        "pin_wear_depth": {"value": f"{worn.ball[-1]} m", "standard_uncertainty": "0.1 um"},
+        "disc_wear_depth": {"value": f"{worn.groove[-1]} m", "standard_uncertainty": "0.1 um"},
+    }
+    described = {**MANIFEST, "contact": contact, "conditions": {**MANIFEST["conditions"], "normal_load": f"{LOAD} N"}}
+    manifest = RunManifest.model_validate(described | ({"end_values": ends} if measured else {}))
+    columns = {"time": seconds, "sliding_distance": distance, "depth": depth}
+    return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
+
+
+def pin_on_disc() -> dict:
+    """Return [contact] of a ceramic pin on a steel disc."""
+    pin = {"shape": "spherical", "radius": f"{PIN} m", "material": "Al2O3", "youngs_modulus": "380 GPa"}
+    disc = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+    return {"kind": "pin-on-disc", "pin": {**pin, "poisson_ratio": 0.22}, "disc": disc}
 
 
 def followed(run: RawRun, share: float = 1.0, known: Known | None = None) -> tuple[Posterior, State]:
@@ -196,6 +234,15 @@ def test_a_finished_run_has_the_joint_fit(sample_run, law):
     assert abs(found.wear_coefficient.value - fit.wear_coefficient.value) < 0.05 * spread
     assert abs(found.drift_rate.value - fit.drift_rate.value) < 0.05 * fit.drift_rate.standard_uncertainty
     assert found.wear_coefficient.standard_uncertainty == pytest.approx(spread, rel=0.1)
+
+
+@pytest.mark.parametrize("groove", [0.5, 1.0, 3.0])
+def test_a_finished_run_whose_groove_was_measured_has_the_true_k_d(groove):
+    run = grooved_run(pin_on_disc(), groove, measured=True)
+    found, _ = followed(run)
+    assert found.problem.finished
+    assert np.exp(found.best) == pytest.approx(GROOVE_K, abs=2 * np.std(found.coefficient))
+    assert found.drift()[0] == pytest.approx(5e-11 * 1250, abs=1.5e-7)
 
 
 def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sample_run):

@@ -29,6 +29,8 @@ from tribopipe.results.run import CorrectedRun
 
 _LEAST_SPREAD = 1e-12
 """Standard uncertainty, m, of a post-test measurement stated as exact: it cannot be weighted without bound."""
+_LEAST_AREA = 1e-300
+"""m², so that a pin that has lost nothing divides by no zero."""
 END_ANCHOR = "pin_end_value"
 
 
@@ -66,7 +68,7 @@ class JointProblem(WearProblem):
             volume = np.exp(log_coefficient)[..., None] * unit
             state = pin.worn(volume)
             depth = np.array(state.depth * grown)
-            depth[..., : len(self.distance)] += self.disc_wear(state.radius, values)
+            depth[..., : len(self.distance)] += self.disc_wear(depth, state.radius * np.sqrt(grown), values)
             return depth, volume / state.area * grown
 
         return model
@@ -81,20 +83,21 @@ class JointProblem(WearProblem):
         """Sliding distance of each row, m, that of the end anchor right after the reading's."""
         return np.concatenate([self.distance, [anchor.distance for anchor in self.anchors]])
 
-    def disc_wear(self, radius: Column, values: Values) -> Numbers:
-        """Return the disc's wear at each sample, m, for contact radii at each sample and, next, at the end.
+    def disc_wear(self, depth: Column, half_chord: Column, values: Values) -> Numbers:
+        """Return the disc's wear at each sample, m, for a pin that is this deep and wide there and, next, at the end.
 
-        By Archard's law a point of the track, passing under a contact of radius a once a turn, wears as ∫ds/a.
+        By Archard's law a point of the track wears in proportion to what the slice of the pin above it has lost: the
+        middle one loses ∫2a·dh.
         """
         if "disc_end_value" not in values:
             return 0.0
         count = len(self.distance) + 1
-        # By the trapezoidal rule over √s, in which 2√s/a is smooth and begins at 0.
-        root = np.concatenate([[0.0], np.sqrt(self._row_distance[:count])])
-        rate = root[1:] / radius[..., :count]
-        rate = np.concatenate([np.zeros((*rate.shape[:-1], 1)), rate], axis=-1)
-        grown = np.cumsum((rate[..., 1:] + rate[..., :-1]) * np.diff(root), axis=-1)
-        return np.asarray(values["disc_end_value"] * grown[..., :-1] / grown[..., -1:])
+        deep = np.concatenate([np.zeros_like(depth[..., :1]), depth[..., :count]], axis=-1)
+        # Before the first sample, with next to no wear, the pin is taken for as wide as there.
+        wide = np.concatenate([half_chord[..., :1], half_chord[..., :count]], axis=-1)
+        lost = np.cumsum((wide[..., 1:] + wide[..., :-1]) * np.diff(deep), axis=-1)
+        whole = np.maximum(lost[..., -1:], _LEAST_AREA)
+        return np.asarray(values["disc_end_value"] * lost[..., :-1] / whole)
 
     @cached_property
     def root_weights(self) -> Column:
@@ -146,7 +149,8 @@ class JointProblem(WearProblem):
         beside = self.linear[:count] / self.root_weights[:count, None]
         drift = self.offsets_and_drift(coefficient, values, noise) @ beside.T
         volume = np.asarray(coefficient)[..., None] * self.unit_volume(values, self._row_distance)
-        disc = self.disc_wear(self.pin(values).worn(volume).radius, values)
+        state, grown = self.pin(values).worn(volume), self._grown(self._row_distance)
+        disc = self.disc_wear(state.depth * grown, state.radius * np.sqrt(grown), values)
         return np.asarray((self.rows(values) + noise)[..., :count] - drift - disc)
 
 

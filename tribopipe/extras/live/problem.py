@@ -97,7 +97,10 @@ def _noise(residuals: Column, parameters: int, each: float) -> Noise:
 
 
 _DISC_POWER = 0.75
-"""Exponent of s in ∫ds/a under a sphere, whose contact radius a grows as the fourth root of s."""
+"""Exponent of s in ∫ds/a under a sphere, whose contact radius a grows as the fourth root of s.
+
+It is 1 where the contact keeps its width: a block, or a flat pin.
+"""
 _LEAST_SPREAD = 1e-12
 _AS_PLANNED = 0.98
 """Share of the planned distance at which a test has ended as planned."""
@@ -172,7 +175,7 @@ class LiveProblem(JointProblem):
         offsets = np.equal.outer(self.segments, np.unique(self.segments)).astype(float)
         columns = [*offsets.T, self.trace.ramp]
         if "disc wear" in self._believed:
-            columns.append(np.maximum(self.distance / self.trace.slid, 0.0) ** _DISC_POWER)
+            columns.append(np.maximum(self.distance / self.trace.slid, 0.0) ** _disc_power(self.contact))
         fitted = ["offset"] * offsets.shape[1] + ["drift", "disc wear"][: len(columns) - offsets.shape[1]]
         beliefs = [[float(name == belief) for name in fitted] for belief in self._believed]
         anchors = np.zeros((len(self.anchors), len(columns)))
@@ -247,6 +250,10 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     )
 
 
+def _disc_power(contact: SlidingPin) -> float:
+    return _DISC_POWER if contact.pin.widens else 1.0
+
+
 def mean_distance(contact: SlidingPin, means: Means) -> Column:
     """Return where a pin is worn as in the mean of a stretch, m: at the mean of √s, or of s under a flat one."""
     return means.sliding_distance if contact.pin.constant_area else means.root**2
@@ -315,7 +322,7 @@ def _beliefs(asked: Asked, trace: SensorTrace) -> list[Belief]:
             Belief("drift", rate.value * trace.duration, (rate.standard_uncertainty or 0.0) * trace.duration)
         )
     # The disc's wear grows with the distance, whether its end is near or not.
-    share = (trace.slid / (asked.planned or trace.slid)) ** _DISC_POWER
+    share = (trace.slid / (asked.planned or trace.slid)) ** _disc_power(asked.run.manifest.sliding_pin)
     default = asked.recipe.uncertainty.wear_depth
     disc = known.disc_wear or Quantity(value=0.0, unit="m", standard_uncertainty=default.value)
     beliefs.append(Belief("disc wear", disc.value * share, (disc.standard_uncertainty or 0.0) * share))
