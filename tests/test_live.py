@@ -26,7 +26,14 @@ from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.drift_and_wear import joint_problem
 from tribopipe.evaluation.wear.problem import wear_problem
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
-from tribopipe.extras.live.alarms import StuckSensor, departure, friction_alarms, load_alarms, recursive_residuals
+from tribopipe.extras.live.alarms import (
+    StuckSensor,
+    counterbody_alarms,
+    departure,
+    friction_alarms,
+    load_alarms,
+    recursive_residuals,
+)
 from tribopipe.extras.live.estimate import Posterior, posterior
 from tribopipe.extras.live.follower import Follower
 from tribopipe.extras.live.priors import _next, archived_coefficient, archived_drift, quantity_given
@@ -64,41 +71,49 @@ def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spheric
     return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
 
 
-GROOVE_K = 1e-15
+PIN_K = 1e-15
+"""k_D of a rigid pin, m²/N."""
+BLOCK_K = 20e-15
 LOAD = 5.0
-PIN = 3e-3
-"""Radius of a pin or a ball, m."""
+PIN, RING, WIDTH = 3e-3, 20e-3, 6e-3
+"""Radii of a pin and of a ring, and the width of a block, m."""
+RIGID = {"material": "100Cr6", "youngs_modulus": "200000 GPa", "poisson_ratio": 0.3}
+PAIR = {"kind": "pin-on-disc", "pin": {"shape": "spherical", "radius": f"{PIN} m", **RIGID}, "disc": RIGID}
+BLOCK = {"kind": "block-on-ring", "block": {"width": f"{WIDTH} m", **RIGID}, "ring": {"radius": f"{RING} m", **RIGID}}
+SECONDS = np.arange(12501) / 10
+SLID = 0.4 * SECONDS
 
 
-def grooved_run(contact: dict, groove: float, *, measured: bool = False, drift=5e-11, noise=1e-7) -> RawRun:
-    """Return 500 m at 10 Hz of a rigid ball with k_D = GROOVE_K on a groove about ``groove`` times as deep as itself.
-
-    Depths are those of `worn_pair`, an independent computation.
-    """
+def recorded(contact: dict, measured: tuple[str, ...], *worn: np.ndarray) -> RawRun:
+    """Return 500 m at 10 Hz with noise and 3 nm/min of drift; depths of the bodies in ``measured`` are stated."""
     from conftest import MANIFEST
 
-    seconds = np.arange(12501) / 10
-    distance = 0.4 * seconds
-    ball = GROOVE_K * LOAD * distance
-    cap = np.sqrt(ball[-1] / (np.pi * PIN))
-    worn = worn_pair(PIN, ball, groove * 4 / 3 * cap * np.sqrt(2 * PIN * cap) * distance / END)
-    rng = np.random.default_rng(1)
-    depth = 1e-6 + worn.ball + worn.groove + drift * seconds + noise * rng.standard_normal(len(seconds))
     ends = {
-        "pin_wear_depth": {"value": f"{worn.ball[-1]} m", "standard_uncertainty": "0.1 um"},
-        "disc_wear_depth": {"value": f"{worn.groove[-1]} m", "standard_uncertainty": "0.1 um"},
+        f"{body}_wear_depth": {"value": f"{depth[-1]} m", "standard_uncertainty": "0.1 um"}
+        for body, depth in zip(measured, worn, strict=False)
     }
-    described = {**MANIFEST, "contact": contact, "conditions": {**MANIFEST["conditions"], "normal_load": f"{LOAD} N"}}
-    manifest = RunManifest.model_validate(described | ({"end_values": ends} if measured else {}))
-    columns = {"time": seconds, "sliding_distance": distance, "depth": depth}
-    return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
+    conditions = {**MANIFEST["conditions"], "normal_load": f"{LOAD} N"}
+    described = {**MANIFEST, "contact": contact, "conditions": conditions, "end_values": ends}
+    depth = 1e-6 + np.sum(worn, axis=0) + 5e-11 * SECONDS + 1e-7 * np.random.default_rng(1).standard_normal(len(SLID))
+    columns = {"time": SECONDS, "sliding_distance": SLID, "depth": depth}
+    return RawRun(RunManifest.model_validate(described), columns, dict.fromkeys(columns, "measured"), {}, {}, ())
 
 
-def pin_on_disc() -> dict:
-    """Return [contact] of a ceramic pin on a steel disc."""
-    pin = {"shape": "spherical", "radius": f"{PIN} m", "material": "Al2O3", "youngs_modulus": "380 GPa"}
-    disc = {"material": "100Cr6", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
-    return {"kind": "pin-on-disc", "pin": {**pin, "poisson_ratio": 0.22}, "disc": disc}
+def grooved_run(groove: float, *, measured: bool = False) -> RawRun:
+    """Return a run of a pin on a groove about ``groove`` times as deep as the pin, by an independent computation."""
+    pin = PIN_K * LOAD * SLID
+    cap = np.sqrt(pin[-1] / (np.pi * PIN))
+    worn = worn_pair(PIN, pin, groove * 4 / 3 * cap * np.sqrt(2 * PIN * cap) * SLID / END)
+    return recorded(PAIR, ("pin", "disc") if measured else (), worn.ball, worn.groove)
+
+
+def ring_run(*, measured: bool = False) -> RawRun:
+    """Return a run of a block, which loses segments of a circle, on a ring worn evenly by 5 µm."""
+    depths = np.geomspace(1e-9, 1e-4, 2000)
+    half = np.arccos(1 - depths / RING)
+    segments = RING**2 * (half - np.sin(2 * half) / 2)
+    block = np.interp(BLOCK_K * LOAD * SLID / WIDTH, segments, depths)
+    return recorded(BLOCK, ("block", "ring") if measured else (), block, 5e-6 * SLID / END)
 
 
 def followed(run: RawRun, share: float = 1.0, known: Known | None = None) -> tuple[Posterior, State]:
@@ -238,11 +253,51 @@ def test_a_finished_run_has_the_joint_fit(sample_run, law):
 
 @pytest.mark.parametrize("groove", [0.5, 1.0, 3.0])
 def test_a_finished_run_whose_groove_was_measured_has_the_true_k_d(groove):
-    run = grooved_run(pin_on_disc(), groove, measured=True)
+    run = grooved_run(groove, measured=True)
     found, _ = followed(run)
     assert found.problem.finished
-    assert np.exp(found.best) == pytest.approx(GROOVE_K, abs=2 * np.std(found.coefficient))
+    assert np.exp(found.best) == pytest.approx(PIN_K, abs=2 * np.std(found.coefficient))
     assert found.drift()[0] == pytest.approx(5e-11 * 1250, abs=1.5e-7)
+
+
+def test_a_finished_run_whose_ring_was_measured_has_the_true_k_d():
+    found, state = followed(ring_run(measured=True))
+    assert np.exp(found.best) == pytest.approx(BLOCK_K, abs=2 * np.std(found.coefficient))
+    assert departure(found, ring_run().manifest, state, END) is None
+
+
+@pytest.mark.parametrize("groove", [0.5, 1.0, 3.0])
+def test_a_drift_that_no_sensor_has_may_be_wear_of_the_disc_and_the_interval_holds_k_d_of_both(groove):
+    run = grooved_run(groove)
+    found, _ = followed(run)
+    assert held(found.coefficient, PIN_K)
+    assert abs(np.exp(found.best) - PIN_K) < 2.1 * np.std(found.coefficient)
+    worn, depth = grooved_run(groove, measured=True).manifest.end_values.pin_wear_depth, found.depth(END)
+    assert abs(np.mean(depth) - worn.value) < 2.1 * np.std(depth)
+    (alarm,) = counterbody_alarms(found)
+    assert alarm.kind == "counterbody"
+    assert "the disc may be wearing" in alarm.message
+    assert found.both_worn.coefficient == pytest.approx(PIN_K, rel=3 * found.both_worn.spread)
+
+
+def test_wear_of_a_ring_is_named_and_leaves_k_d_of_the_block():
+    found, _ = followed(ring_run())
+    assert np.exp(found.best) == pytest.approx(BLOCK_K, abs=2 * np.std(found.coefficient))
+    (alarm,) = counterbody_alarms(found)
+    assert "the ring may be wearing" in alarm.message
+    assert found.both_worn.depths(END)[1] == pytest.approx(5e-6, abs=0.5e-6)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3, 1.0])
+def test_of_a_disc_that_does_not_wear_nothing_is_told_and_a_stated_one_narrows_the_interval(share):
+    run = grooved_run(0.0)
+    unknown, _ = followed(run, share)
+    stated, _ = followed(run, share, Known(disc_wear=Quantity(value=0.0, unit="m", standard_uncertainty=250e-9)))
+    assert not list(counterbody_alarms(unknown))
+    assert unknown.best == stated.best
+    assert np.exp(stated.best) == pytest.approx(PIN_K, abs=2 * np.std(stated.coefficient))
+    assert np.std(unknown.coefficient) > 1.1 * np.std(stated.coefficient)
+    assert np.std(unknown.coefficient) > 0.15 * PIN_K
 
 
 def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sample_run):
@@ -275,11 +330,12 @@ def test_with_hardly_any_noise_the_running_fit_is_the_truth_and_narrows():
 
 
 def test_known_drift_narrows_the_interval_and_known_k_d_more():
-    run, drift = made_run(), Quantity(value=0.0, unit="m/s", standard_uncertainty=2e-10)
+    run, disc = made_run(), Quantity(value=0.0, unit="m", standard_uncertainty=250e-9)
+    drift = Quantity(value=0.0, unit="m/s", standard_uncertainty=2e-10)
     k = Quantity(value=13.6e-15, unit="m^2/N", standard_uncertainty=0.1e-15)
     widths = [
-        np.std(np.log(followed(run, 0.1, known)[0].coefficient))
-        for known in (Known(), Known(drift_rate=drift), Known(drift_rate=drift, wear_coefficient=k))
+        np.std(np.log(followed(run, 0.1, Known(disc_wear=disc, **known))[0].coefficient))
+        for known in ({}, {"drift_rate": drift}, {"drift_rate": drift, "wear_coefficient": k})
     ]
     assert widths[0] > 1.1 * widths[1]
     assert widths[1] > 1.1 * widths[2]

@@ -457,7 +457,7 @@ def wear_problem(
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    inputs |= _unseen_groove(end, recipe, by_sensor=measured is None)
+    inputs |= unseen_groove_input(end, recipe, by_sensor=measured is None)
     engine = engine_of(manifest.sliding_pin.pin, measured, recipe)
     inputs |= _pressure_distribution(manifest.sliding_pin, best_values(inputs), end, engine)
     inputs |= law_inputs(law_named(law), recipe)
@@ -499,7 +499,7 @@ def pin_depth_by_reading(corrected: CorrectedRun, recipe: Recipe) -> Quantity | 
     return None if read is None else read.pin_depth
 
 
-def _unseen_groove(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
+def unseen_groove_input(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
     """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
     beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
     factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))

@@ -14,22 +14,22 @@ them it is, the sum does not show.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import show_force
+from tribopipe.base.units import WEAR_COEFFICIENT, show_force
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.record import Record
 from tribopipe.evaluation.depth_reading import remountings
 from tribopipe.extras.live.estimate import Posterior
 from tribopipe.extras.live.problem import mean_distance
 from tribopipe.extras.live.state import Means, State
 
-AlarmKind = Literal["law", "sensor", "load", "friction", "stalled", "replaced"]
+AlarmKind = Literal["law", "sensor", "load", "friction", "stalled", "replaced", "counterbody"]
 
 
 class Alarm(Record):
@@ -131,6 +131,30 @@ def friction_alarms(means: Means) -> Iterator[Alarm]:
         )
 
 
+def counterbody_alarms(found: Posterior) -> Iterator[Alarm]:
+    """Report a drift that is more than a sensor has, which wear of the counterbody may be."""
+    both, problem = found.both_worn, found.problem
+    if both is None:
+        return
+    slid, body = problem.trace.slid, problem.contact.counterbody_name().replace("_", " ")
+    drift, plausible = (
+        found.drift()[0],
+        Quantity(value=problem.plausible_drift[0], unit="m", standard_uncertainty=problem.plausible_drift[1]),
+    )
+    alone, beside = (wear_coefficient(k).shown(WEAR_COEFFICIENT) for k in (math.exp(found.centre), both.coefficient))
+    yield alarm_at(
+        "counterbody",
+        slid,
+        f"found a linear drift of {_microns(drift)} by {slid:.4g} m, where a sensor has {plausible.shown('nm')}: the "
+        f"{body} may be wearing; k_D would be {beside} with {_microns(both.depths(slid)[1])} wear of the {body}, and "
+        f"{alone} without; measure the wear of the {body} after the test",
+    )
+
+
+def _microns(depth: float) -> str:
+    return Quantity(value=depth, unit="m").shown("um")
+
+
 BLOCKS = 100
 """Number of blocks into which a test is divided."""
 _BOUND = 1.143
@@ -158,7 +182,8 @@ class Departure:
             "law",
             self.noticed,
             f"the depth signal has deviated from the wear law since about {self.since:.4g} m, {where} than predicted "
-            "from the earlier signal: the wear rate has changed, or the drift is not steady",
+            "from the earlier signal: the wear rate has changed, the counterbody wears, or the drift is not "
+            "steady",
         )
 
 
@@ -189,12 +214,12 @@ def _linear(found: Posterior, manifest: RunManifest, means: Means) -> tuple[Colu
     """
     problem, values = found.problem, found.problem.values
     distance = mean_distance(problem.contact, means)
-    volume = math.exp(found.best) * problem.unit_volume(values, distance)
-    worn = problem.pin(values).worn(volume)
+    posed = replace(problem, distance=distance)
+    depth, slope = (rows[: len(distance)] for rows in posed.model(np.asarray(found.best), values))
     segments = remountings(manifest, means.sliding_distance)
     offsets = np.equal.outer(segments, np.unique(segments)).astype(float)
-    columns = np.column_stack([volume / worn.area, means.time, offsets])
-    return columns / np.linalg.norm(columns, axis=0), values["depth_scale"] * means.depth - worn.depth
+    columns = np.column_stack([slope, means.time, offsets])
+    return columns / np.linalg.norm(columns, axis=0), values["depth_scale"] * means.depth - depth
 
 
 def recursive_residuals(design: Column, measured: Column) -> tuple[list[int], Column]:

@@ -6,6 +6,9 @@ All h above zero are as likely beforehand, since h enters the reading as it stan
 probability density of h is Student's t of χ², as the noise is found from few independent samples itself (JCGM
 101:2008, 6.4.9). What is systematic is added by first-order propagation, and draws of k_D and of depths belong
 together.
+
+Where drift is more than a sensor has, the counterbody may be what wears. Nobody knows which of both it is before the
+counterbody is measured, so that half of the draws are of k_D with wear of both bodies.
 """
 
 import math
@@ -20,6 +23,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, MonteCarloRecipe
 from tribopipe.documents.record import Record
+from tribopipe.extras.live.both_worn import BothWorn, both_worn
 from tribopipe.extras.live.problem import LiveProblem
 from tribopipe.physics.uncertainty import Distribution
 
@@ -35,6 +39,8 @@ _MOST_ROUNDS = 30
 _MOST_WEAR = 20.0
 """Wear over the range of the reading, at most: more would have to be hidden by as much drift."""
 _DRAWS = 4000
+_IMPLAUSIBLE = 3.0
+"""Standard uncertainties from which on a drift is not that of a sensor."""
 _ALMOST = 1 - 1e-9
 """Share of a pin's volume at which its depth can still be computed."""
 
@@ -51,6 +57,17 @@ class Posterior:
     best: float
     """ln k_D of the least squares; −∞ where no wear fits best."""
     seed: int
+
+    @cached_property
+    def both_worn(self) -> BothWorn | None:
+        """The wear of both bodies, if that of the counterbody is unknown and the drift is more than a sensor has."""
+        problem = self.problem
+        if problem.disc_known or problem.contact.pin.constant_area:
+            return None
+        (drift, spread), (expected, plausible) = self.drift(), problem.plausible_drift
+        if abs(drift - expected) <= _IMPLAUSIBLE * math.hypot(spread, plausible):
+            return None
+        return both_worn(problem)
 
     @cached_property
     def _errors(self) -> dict[str, Column]:
@@ -79,9 +96,22 @@ class Posterior:
         return np.random.default_rng(self.seed + 1).permutation(drawn)
 
     @cached_property
+    def _of_both(self) -> Column:
+        """Draws of ln k_D with wear of both bodies, NaN in the half of the draws that are of a pin alone.
+
+        A pin alone has lost the most.
+        """
+        found, rng = self.both_worn, np.random.default_rng(self.seed + 2)
+        if found is None:
+            return np.full(_DRAWS, np.nan)
+        drawn = found.log_coefficient + found.spread * rng.standard_normal(_DRAWS)
+        return np.where(rng.permutation(_DRAWS) % 2, np.minimum(drawn, self._random.max()), np.nan)
+
+    @cached_property
     def coefficient(self) -> Column:
         """Draws of k_D, m²/N."""
-        return np.exp(self._random + self._systematic(self._moved))
+        random = np.where(np.isnan(self._of_both), self._random, self._of_both)
+        return np.exp(random + self._systematic(self._moved))
 
     def _systematic(self, moved: dict[str, float]) -> Column:
         return np.asarray(sum((self._errors[name] * by for name, by in moved.items()), np.zeros(_DRAWS)))
@@ -90,7 +120,17 @@ class Posterior:
         """Return draws of the pin's wear depth, m, at a sliding distance, m: what the sensor has seen or will see."""
         moved = {name: self._depth_moved(name, distance) for name in self._errors}
         drawn = self._depth_at(distance, self._random, self.problem.values)
-        return np.asarray(np.maximum(drawn + self._systematic(moved), 0.0))
+        systematic = self._systematic(moved)
+        if self.both_worn is not None:
+            beside, by_both = self._depth_of_both(distance, self.both_worn), ~np.isnan(self._of_both)
+            systematic = np.where(by_both, systematic * beside / drawn, systematic)
+            drawn = np.where(by_both, beside, drawn)
+        return np.asarray(np.maximum(drawn + systematic, 0.0))
+
+    def _depth_of_both(self, distance: float, found: BothWorn) -> Column:
+        """Return draws of the pin's depth, m, beside a wearing counterbody, to first order."""
+        power = self.problem.contact.pin.depth_exponent
+        return np.asarray(found.depths(distance)[0] * np.exp(power * (self._of_both - found.log_coefficient)))
 
     def _depth_moved(self, name: str, distance: float) -> float:
         """Return by how much a standard uncertainty of an input moves the depth, m, k_D being fitted again."""

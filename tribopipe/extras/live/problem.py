@@ -4,7 +4,7 @@ The noise of the reading is that of the whole of it, or of its parts where somet
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,7 +24,7 @@ from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem
 from tribopipe.evaluation.wear.inputs import instrument_inputs, law_as_given, law_inputs
-from tribopipe.evaluation.wear.problem import NODES, about_smooth
+from tribopipe.evaluation.wear.problem import NODES, about_smooth, unseen_groove_input
 from tribopipe.extras.live.state import Means, State
 from tribopipe.physics.autocorrelation import effective_samples, inflation
 from tribopipe.physics.friction_path import MeasuredFriction
@@ -139,6 +139,10 @@ class LiveProblem(JointProblem):
     """Upper limit of the noise with a probability of 95 %, m²."""
     freedom: float = math.inf
     """Degrees of freedom by which the noise is known."""
+    sensor_drift: float = math.inf
+    """Standard uncertainty, m, of the drift that a sensor may have in a test, if nothing is known of this one."""
+    disc_known: bool = True
+    """True if the wear of the disc was stated or measured."""
 
     @property
     def _believed(self) -> tuple[str, ...]:
@@ -188,6 +192,12 @@ class LiveProblem(JointProblem):
         return len(np.unique(self.segments))
 
     @property
+    def plausible_drift(self) -> tuple[float, float]:
+        """Return what a sensor may have drifted by now and its standard uncertainty, m."""
+        stated = [belief for belief in self.beliefs if belief.name == "drift"]
+        return (stated[0].value, max(stated[0].spread, _LEAST_SPREAD)) if stated else (0.0, self.sensor_drift)
+
+    @property
     def tells_drift(self) -> bool:
         """Whether wear and drift are distinguished: not of a flat pin, where both are linear, unless one is known."""
         return not self.contact.pin.constant_area or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
@@ -218,10 +228,10 @@ class Asked:
 def live_problem(asked: Asked, state: State) -> LiveProblem:
     """Pose the fit of the samples so far. Raises ``FitError`` where the law needs a friction that was not recorded."""
     fine, manifest = state.means, asked.run.manifest
-    pin = manifest.sliding_pin.pin
+    contact = manifest.sliding_pin
     segments = remountings(manifest, fine.sliding_distance)
     trace = _trace(fine, fine)
-    stretches = _stretches(fine.sliding_distance if pin.constant_area else fine.root, segments)
+    stretches = _stretches(fine.sliding_distance if contact.pin.constant_area else fine.root, segments)
     means = state.pooled(stretches)
     # Before the end, an end value is that of another run, left in a copied run.toml, or measured further on.
     end = end_wear(asked.run, asked.recipe.uncertainty) if asked.ends_at(trace.slid) else None
@@ -230,16 +240,20 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     else:
         noise = noise_of_all(fine, trace, segments)
     anchors = _anchors(asked, trace.slid, end)
+    worn = end or _worn_by_reading(contact, fine)
+    disc_known = asked.known.disc_wear is not None if end is None else end.disc is not None
+    inputs = _inputs(asked, anchors, end)
+    if not disc_known:
+        inputs |= unseen_groove_input(worn, asked.recipe, by_sensor=end is None)
     return LiveProblem(
-        contact=manifest.sliding_pin,
+        contact=contact,
         law=law_as_given(asked.law, asked.recipe),
-        distance=mean_distance(manifest.sliding_pin, means),
+        distance=mean_distance(contact, means),
         trace=_trace(means, fine),
-        end=end
-        or EndWear(EndValueUsed("pin_wear_depth", Quantity(value=0.0, unit="m"), "default"), None, PinTip.of(pin)),
+        end=worn,
         friction=_friction(asked, fine),
-        inputs=_inputs(asked, anchors, end),
-        engine=engine_of(pin, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
+        inputs=inputs,
+        engine=engine_of(contact.pin, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
         weights=means.samples,
         noise=noise.variance,
         most_noise=noise.most,
@@ -247,7 +261,15 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
         anchors=tuple(anchors),
         segments=remountings(manifest, means.sliding_distance),
         beliefs=() if end else tuple(_beliefs(asked, trace)),
+        sensor_drift=asked.recipe.drift.prior.value,
+        disc_known=disc_known,
     )
+
+
+def _worn_by_reading(contact: SlidingPin, fine: Means) -> EndWear:
+    """Return the wear of a pin that nobody has measured yet: at most what the sensor has read."""
+    read = Quantity(value=float(np.ptp(fine.depth)), unit="m")
+    return EndWear(EndValueUsed("pin_wear_depth", read, "default"), None, PinTip.of(contact.equivalent_pin))
 
 
 def _disc_power(contact: SlidingPin) -> float:
@@ -303,7 +325,7 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
     return anchors
 
 
-def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> Mapping[str, Input]:
+def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> dict[str, Input]:
     manifest, recipe = asked.run.manifest, asked.recipe
     inputs = wear_of(manifest.described).inputs(manifest.conditions.normal_load, recipe)
     inputs |= instrument_inputs(asked.run, recipe)

@@ -14,6 +14,7 @@ from tribopipe.extras.live.alarms import (
     StuckSensor,
     alarm_at,
     blocks,
+    counterbody_alarms,
     departure,
     friction_alarms,
     load_alarms,
@@ -124,6 +125,8 @@ class Session:
         if self.asked.run.origins.get("normal_force") == "measured":
             yield from load_alarms(means, self.asked.run.manifest.conditions.normal_load.value)
         yield from friction_alarms(means)
+        if self.posterior is not None:
+            yield from counterbody_alarms(self.posterior)
         if self.posterior is not None and self.asked.planned is not None:
             found = departure(self.posterior, self.asked.run.manifest, self.state, self.asked.planned)
             yield from [] if found is None else [found.alarm]
