@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.extras.live.problem import LiveProblem
 from tribopipe.physics.pin_on_track import OnTrack
 
@@ -70,7 +69,7 @@ def both_worn(problem: LiveProblem) -> BothWorn:
 
 
 def _tip(problem: LiveProblem) -> OnTrack:
-    return PinTip.of(problem.contact.equivalent_pin).on_track(problem.values["pin_radius"])
+    return problem.end.tip.on_track(problem.values["pin_radius"])
 
 
 def _depths(tip: OnTrack, unit: Column, log_coefficient: float, log_ratio: float) -> tuple[Column, Column]:
