@@ -39,7 +39,7 @@ from tribopipe.evaluation.depth_reading import (
     sliding_time,
 )
 from tribopipe.evaluation.measurements.kinds import measurements_of
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.pin_on_disc import EndWear
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.unmeasured_groove import wear_of_both
@@ -167,21 +167,23 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
         missing.append(needed)
     if missing:
         return CorrectedRun(run, DriftCorrection(outcome="uncorrected", missing=tuple(missing)), None)
-    approach = wear_of_both(run, end, recipe) if isinstance(end, EndWear) else None
+    approach = wear_of_both(run, recipe) if isinstance(end, EndWear) else None
     if approach is not None:
-        end = end_wear(run, recipe.uncertainty, approach=approach)
+        end, _ = _measured_wear(run, recipe, approach)
     two_step = None if end is None else _two_step(run, end, recipe, approach)
     if recipe.wear.correction == "two-step" and two_step is not None:
         return two_step
     return _by_model(run, end, recipe, None if two_step is None else two_step.correction)
 
 
-def _measured_wear(run: RawRun, recipe: Recipe) -> tuple[EndWear | DiscEndWear | None, str]:
+def _measured_wear(
+    run: RawRun, recipe: Recipe, approach: Quantity | None = None
+) -> tuple[EndWear | DiscEndWear | None, str]:
     """Return the wear that was measured after a test, and what is missing where there is none."""
     if run.manifest.contact is None:
         return None, "the two bodies ([contact])"
     measured = measurements_of(run.manifest.contact)
-    return measured.at_end(run, recipe), measured.needed
+    return measured.at_end(run, recipe, approach), measured.needed
 
 
 def _tells_by_itself(run: RawRun) -> bool:

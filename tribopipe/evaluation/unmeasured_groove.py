@@ -8,7 +8,6 @@ case it could be drift, and the measurement of the pin alone gives k_D.
 
 import math
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DepthRecord, Groove, best_pin, depth_record, sensor_scale
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.physics.depth_model.posterior import DepthPosterior, depth_posterior
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.run import RawRun
@@ -29,6 +28,7 @@ _BEYOND_DRIFT = 10.0
 """By how much more a sensor may drift than is expected of it."""
 _MOST_PASSES, _NEARLY = 4, 0.01
 """Passes, and the share of the pin's depth that the last one changes."""
+_UNWORN = Quantity(value=0.0, unit="m", standard_uncertainty=0.0)
 
 
 def is_shown(part: Quantity, other: Quantity) -> bool:
@@ -37,15 +37,13 @@ def is_shown(part: Quantity, other: Quantity) -> bool:
     return certain and part.value > LEAST_PART * (part.value + other.value)
 
 
-def wear_of_both(run: RawRun, end: EndWear, recipe: Recipe) -> Quantity | None:
+def wear_of_both(run: RawRun, recipe: Recipe) -> Quantity | None:
     """Return the wear depth of both bodies by the depth signal of a run, m; None where it shows no groove.
 
     Parameters
     ----------
     run
-        With a depth signal.
-    end
-        What was measured on the pin after the test.
+        With a depth signal, and a measurement of the pin alone.
     recipe
         Prior of the drift, and default uncertainties.
 
@@ -54,36 +52,32 @@ def wear_of_both(run: RawRun, end: EndWear, recipe: Recipe) -> Quantity | None:
     Quantity or None
         D at the end, m.
     """
-    if end.disc is not None or not end.tip.widens:
+    end = end_wear(run, recipe.uncertainty)
+    if end is None or end.disc is not None or not end.tip.widens:
         return None
-    record = depth_record(run)
-    found = _told(run, record, end, recipe)
+    record, pin = depth_record(run), best_pin(run, end, recipe)
+    depth = end.pin_depth
+    found = _told(run, record, pin, Groove(end.tip, _UNWORN, depth.value), recipe)
     for _ in range(_MOST_PASSES):
-        if found is None:
+        # In a groove, a scar of the same mean diameter is that of less wear.
+        end = None if found is None else end_wear(run, recipe.uncertainty, approach=found)
+        if found is None or end is None:
             return None
-        before, end = end, _beside_groove(run, found, recipe) or end
-        if abs(end.pin_depth.value - before.pin_depth.value) < _NEARLY * end.pin_depth.value:
+        before, depth = depth, end.pin_depth
+        if abs(depth.value - before.value) < _NEARLY * depth.value:
             break
-        found = _told(run, record, end, recipe)
-    if found is None:
-        return None
-    return found if is_shown(_beyond(found, end.pin_depth), end.pin_depth) else None
+        found = _told(run, record, pin, Groove(end.tip, _UNWORN, depth.value), recipe)
+    return found if found is not None and is_shown(_beyond(found, depth), depth) else None
 
 
-def _beside_groove(run: RawRun, both: Quantity, recipe: Recipe) -> EndWear | None:
-    """Return what was measured on the pin: in a groove, a scar of the same mean diameter is that of less wear."""
-    end = end_wear(run, recipe.uncertainty, approach=both)
-    return None if end is None else replace(end, disc=None)
-
-
-def _told(run: RawRun, record: DepthRecord, end: EndWear, recipe: Recipe) -> Quantity | None:
+def _told(run: RawRun, record: DepthRecord, pin: PinContact, beside: Groove, recipe: Recipe) -> Quantity | None:
     """Return the wear depth of both bodies, m, where that of the pin is as measured; None without a clear groove."""
-    if not end.pin_depth.value > 0:
+    measured, prior = beside.pin_depth or 0.0, recipe.drift.prior.value
+    if not measured > 0:
         return None
-    pin, prior = best_pin(run, end, recipe), recipe.drift.prior.value
-    wide, expected = (_posterior(record, pin, end, drift) for drift in (_BEYOND_DRIFT * prior, prior))
+    wide, expected = (_posterior(record, pin, beside, drift) for drift in (_BEYOND_DRIFT * prior, prior))
     depth, spread = wide.alone
-    least = min(depth, expected.alone[0]) - end.pin_depth.value
+    least = min(depth, expected.alone[0]) - measured
     if least < _BEYOND_DRIFT * prior or abs(depth - expected.alone[0]) > CERTAIN * spread:
         return None
     if wide.range_beyond_line > LEAST_PART * least:
@@ -98,43 +92,39 @@ def _beyond(both: Quantity, pin: Quantity) -> Quantity:
     return Quantity(value=both.value - pin.value, unit="m", standard_uncertainty=spread)
 
 
-def _posterior(record: DepthRecord, pin: PinContact, end: EndWear, drift: float) -> DepthPosterior:
+def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: float) -> DepthPosterior:
     """Return the posterior of D where the drift over the test has a standard deviation, m."""
-    samples, most, measured = record.samples, float(end.tip.on_track(end.tip.radius).most), end.pin_depth.value
+    samples, measured = record.samples, beside.pin_depth or 0.0
+    most = float(beside.tip.on_track(beside.tip.radius).most)
     read = float(np.ptp(samples.blocks.mean(samples.depth)))
     guess = min(max(read, (1 + LEAST_PART) * measured), most)
-    groove = _groove(end, guess)
+    groove = _deep(beside, guess - measured)
+
+    def course(both: float, distance: Column) -> Column:
+        return _course(pin, _deep(beside, both - measured), both, distance / record.slid)
 
     def of_pin(_: float, distance: Column) -> Column:
-        return _beside(groove, pin, measured, distance / record.slid)
+        return _beside(groove, pin, distance / record.slid)
 
     _, by_another_course = groove.terms(samples, of_pin, in_course=True)
     return depth_posterior(
-        samples.reading(
-            partial(_course, pin, end, record.slid),
-            (),
-            drift_deviation=drift,
-            known=(by_another_course,),
-            guess=guess,
-            most=most,
-        )
+        samples.reading(course, (), drift_deviation=drift, known=(by_another_course,), guess=guess, most=most)
     )
 
 
-def _groove(end: EndWear, both: float) -> Groove:
-    depth = max(both - end.pin_depth.value, 0.0)
-    return Groove(end.tip, Quantity(value=depth, unit="m", standard_uncertainty=0.0), end.pin_depth.value)
+def _deep(groove: Groove, depth: float) -> Groove:
+    return replace(groove, measured=_UNWORN.model_copy(update={"value": max(depth, 0.0)}))
 
 
-def _course(pin: PinContact, end: EndWear, slid: float, both: float, distance: Column) -> Column:
-    """Return the depth of both bodies along a test at whose end it is ``both``, m."""
-    measured, groove = end.pin_depth.value, _groove(end, both)
-    depth = _beside(groove, pin, measured, distance / slid)
+def _course(pin: PinContact, groove: Groove, both: float, worn: Column) -> Column:
+    """Return the depth of both bodies, m, where these shares of the pin's volume are worn; ``both`` at the end."""
+    measured, depth = groove.pin_depth or 0.0, _beside(groove, pin, worn)
     if both <= measured:
         return depth * (both / measured)
     return depth + groove.measured.value * groove.share(depth, measured)
 
 
-def _beside(groove: Groove, pin: PinContact, measured: float, worn: Column) -> Column:
+def _beside(groove: Groove, pin: PinContact, worn: Column) -> Column:
     """Return the depth of a pin beside a groove, m, where these shares of the volume at its measured depth are worn."""
+    measured = groove.pin_depth or 0.0
     return groove.deepened(pin.worn(pin.volume(measured) * worn).depth, worn, measured)

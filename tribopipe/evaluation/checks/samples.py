@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
@@ -599,7 +598,7 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     listed = 'add the step "invert" with signals = ["depth"] after the default steps of a recipe'
     turn = f"if the depth signal decreases with wear, {listed}; otherwise, " if rise < 0 else ""
     others = f"{turn}check the sign and unit of the depth and of the post-test measurements{_misread_size(run, rise)}"
-    drift = f"{_unmeasured_groove(run, rise - total.value)}{_thermal_drift(run)}"
+    drift = f"{_unmeasured_groove(run, total, rise)}{_thermal_drift(run)}"
     thermal = abs(rise - total.value) <= _MOST_THERMAL_DRIFT
     yield Trouble(
         "depth",
@@ -609,13 +608,10 @@ def _drifted(run: RawRun, depth: Column) -> Iterator[Trouble]:
     )
 
 
-def _unmeasured_groove(run: RawRun, beyond: float) -> str:
+def _unmeasured_groove(run: RawRun, total: Quantity, rise: float) -> str:
     """Name wear of a counterbody that nobody measured as the reason of a depth signal that is too large."""
-    contact, end = run.manifest.contact, run.manifest.end_values
-    measured = any(name.startswith("disc_") for name in end.model_fields_set)
-    if beyond <= 0 or measured or run.manifest.pin is None or contact is None:
-        return ""
-    return f"measure the wear of the {spoken(contact.body_name('disc'))}, if it has worn; otherwise, "
+    seen = run.manifest.pin is None or any(".disc_" in f".{name}" for name in run.manifest.end_values.model_fields_set)
+    return "" if seen or rise < total.value else "measure the wear of the disc, if it has worn; otherwise, "
 
 
 def _thermal_drift(run: RawRun) -> str:

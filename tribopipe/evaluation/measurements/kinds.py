@@ -19,8 +19,8 @@ class Measurements(NamedTuple):
 
     worn: Callable[[RawRun, DefaultUncertainty, int | None, Quantity | None], WornBodies]
     """Depth and volume of each body at an interruption, or at the end, by the depth of an unmeasured pin, m."""
-    at_end: Callable[[RawRun, Recipe], EndWear | DiscEndWear | None]
-    """The wear at the end as a displacement sensor has seen it; None if it is unknown."""
+    at_end: Callable[[RawRun, Recipe, Quantity | None], EndWear | DiscEndWear | None]
+    """The wear at the end as a displacement sensor has seen it, next to an unmeasured groove; None if it is unknown."""
     totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]] | None
     """Wear depth of both bodies together by each kind of measurement, where one shape that both share determines it."""
     needed: str
@@ -35,13 +35,13 @@ def measurements_of(contact: Contact) -> Measurements:
 _FAMILIES: dict[type[Contact], Measurements] = {
     SlidingPin: Measurements(
         pin_on_disc_wear,
-        lambda run, recipe: end_wear(run, recipe.uncertainty),
+        lambda run, recipe, approach: end_wear(run, recipe.uncertainty, approach=approach),
         None,
         "a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",
     ),
     TwinDisc: Measurements(
         lambda run, defaults, interruption, _: twin_disc_wear(run, defaults, interruption),
-        disc_end_wear,
+        lambda run, recipe, _: disc_end_wear(run, recipe),
         disc_totals,
         "a post-test measurement of the crowned disc (wear depth, track width or wear volume)",
     ),

@@ -67,6 +67,11 @@ class EndWear:
         return combined(lambda pin, disc: pin + disc, (self.pin_depth, self.disc.quantity), "m")
 
     @property
+    def groove_by_signal(self) -> bool:
+        """Whether the depth signal alone shows the wear of the disc."""
+        return self.disc is not None and self.disc.name == BY_SIGNAL
+
+    @property
     def anchor(self) -> str:
         """Names of the post-test measurements used."""
         return " + ".join(used.name for used in (self.pin, self.disc) if used is not None)
@@ -192,7 +197,7 @@ class _Found:
         tip, path = PinTip.of(run.manifest.sliding_pin.equivalent_pin), SlidingPath.of(run, defaults)
         pins = tuple(pin_values(run, where, end, defaults))
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
-        if tip.widens and all(pin.name in WIDTHS for pin in pins):
+        if tip.widens and all(pin.name in WIDTHS and pin.quantity.value for pin in pins):
             pins = ()  # the scar is as wide as the groove, whichever of both bodies has worn
         if not pins and pin_depth is not None:
             pins = (EndValueUsed("pin_wear_depth", pin_depth, "manifest"),)

@@ -25,8 +25,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION, DepthRecord, depth_record, pin_reading
-from tribopipe.evaluation.measurements.pin_on_disc import end_wear
-from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, joint_problem
+from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, interruption_anchor, joint_problem
 from tribopipe.evaluation.wear.inputs import draw_values
 from tribopipe.evaluation.wear.problem import PRESSURE, Tangent, WearProblem
 from tribopipe.physics.depth_model.block_averages import DepthSamples
@@ -197,8 +196,8 @@ class DepthProblem(WearProblem):
     @property
     def _measured_stops(self) -> list[float]:
         """Sliding distances of the interruptions at which the pin was measured, m."""
-        stops = enumerate(self.run.manifest.interruptions)
-        return [stop.place for number, stop in stops if end_wear(self.run, self.recipe.uncertainty, number) is not None]
+        stops = enumerate(self.run.manifest.interruptions, start=1)
+        return [stop.place for number, stop in stops if interruption_anchor(number) in self.inputs]
 
     @cached_property
     def deviation(self) -> float:

@@ -34,6 +34,11 @@ _LEAST_AREA = 1e-300
 END_ANCHOR = "pin_end_value"
 
 
+def interruption_anchor(number: int) -> str:
+    """Return the name of the input for what was measured at an interruption, the first of which is 1."""
+    return f"pin_value_at_interruption_{number}"
+
+
 @dataclass(frozen=True)
 class Anchor:
     """Wear of the pin measured at one sliding distance."""
@@ -163,7 +168,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     for number, stop in enumerate(manifest.interruptions, start=1):
         wear = end_wear(corrected.run, recipe.uncertainty, number - 1)
         if wear is not None:
-            anchors.append(Anchor(f"pin_value_at_interruption_{number}", stop.place, wear))
+            anchors.append(Anchor(interruption_anchor(number), stop.place, wear))
             inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
     joint = JointProblem(
         contact=problem.contact,

@@ -15,7 +15,6 @@ from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
 from tribopipe.evaluation.measurements.pin_on_disc import track_wear
-from tribopipe.evaluation.measurements.worn_pair import BY_SIGNAL
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.physics.depth_model.mixture import ways
@@ -118,7 +117,7 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     if shape_is_rejected(problem.posterior):
         yield _misfit(problem)
     yield from _events(problem)
-    if problem.end.disc is not None and problem.end.disc.name == BY_SIGNAL:
+    if problem.end.disc is not None and problem.end.groove_by_signal:
         yield _groove_by_signal(problem.end.disc.quantity)
     if "unseen_groove" in problem.inputs:
         yield unseen_groove(problem.run, problem.inputs["unseen_groove"].spread, problem.recipe)

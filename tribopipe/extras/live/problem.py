@@ -22,7 +22,7 @@ from tribopipe.evaluation.drift import SensorTrace
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
-from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem
+from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem, interruption_anchor
 from tribopipe.evaluation.wear.inputs import instrument_inputs, law_as_given, law_inputs
 from tribopipe.evaluation.wear.problem import NODES, about_smooth, unseen_groove_input
 from tribopipe.extras.live.state import Means, State
@@ -321,7 +321,7 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
     for number, stop in enumerate(asked.run.manifest.interruptions):
         wear = end_wear(asked.run, asked.recipe.uncertainty, number)
         if wear is not None and stop.place <= slid:
-            anchors.append(Anchor(f"pin_value_at_interruption_{number + 1}", stop.place, wear))
+            anchors.append(Anchor(interruption_anchor(number + 1), stop.place, wear))
     return anchors
 
 
