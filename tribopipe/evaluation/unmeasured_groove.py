@@ -73,7 +73,7 @@ def wear_of_both(run: RawRun, recipe: Recipe) -> Quantity | None:
 def _told(run: RawRun, record: DepthRecord, pin: PinContact, beside: Groove, recipe: Recipe) -> Quantity | None:
     """Return the wear depth of both bodies, m, where that of the pin is as measured; None without a clear groove."""
     measured, prior = beside.pin_depth or 0.0, recipe.drift.prior.value
-    if not measured > 0:
+    if not measured > 0 or _read(record) - measured < _BEYOND_DRIFT * prior:
         return None
     wide, expected = (_posterior(record, pin, beside, drift) for drift in (_BEYOND_DRIFT * prior, prior))
     depth, spread = wide.alone
@@ -96,8 +96,7 @@ def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: floa
     """Return the posterior of D where the drift over the test has a standard deviation, m."""
     samples, measured = record.samples, beside.pin_depth or 0.0
     most = float(beside.tip.on_track(beside.tip.radius).most)
-    read = float(np.ptp(samples.blocks.mean(samples.depth)))
-    guess = min(max(read, (1 + LEAST_PART) * measured), most)
+    guess = min(max(_read(record), (1 + LEAST_PART) * measured), most)
     groove = _deep(beside, guess - measured)
 
     def course(both: float, distance: Column) -> Column:
@@ -110,6 +109,11 @@ def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: floa
     return depth_posterior(
         samples.reading(course, (), drift_deviation=drift, known=(by_another_course,), guess=guess, most=most)
     )
+
+
+def _read(record: DepthRecord) -> float:
+    """Return the range of the depth signal, m."""
+    return float(np.ptp(record.samples.blocks.mean(record.samples.depth)))
 
 
 def _deep(groove: Groove, depth: float) -> Groove:
