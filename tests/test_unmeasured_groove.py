@@ -15,9 +15,9 @@ from tribopipe.results.run import RawRun
 
 PROGRESS = np.linspace(0.0, 1.0, SAMPLES)
 DISTURBING: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
-    "drift": lambda _: 8e-6 * PROGRESS,
+    "drift": lambda _: 20e-6 * PROGRESS,
     "settling": lambda _: 4e-6 * (1 - np.exp(-PROGRESS / 0.2)),
-    "creep": lambda _: 4e-6 * np.log1p(PROGRESS / 0.01) / np.log(101),
+    "creep": lambda _: 8e-6 * np.log1p(PROGRESS / 0.1) / np.log(11),
     "both": lambda _: 4e-6 * (1 - np.exp(-PROGRESS / 0.1)) + 4e-6 * PROGRESS,
     "wander": lambda rng: 3e-6 * np.cumsum(rng.standard_normal(SAMPLES)) / np.sqrt(SAMPLES),
 }
@@ -67,16 +67,26 @@ def test_correction_is_anchored_on_both():
     assert abs(correction.drift_rate.value) * SLID / 0.4 < 3e-6
 
 
+def approach_beside(depth: float, disturbing: Callable[[np.random.Generator], np.ndarray], seed: int):
+    """Return what the signal shows of both bodies beside a pin on a disc that does not wear."""
+    rng = np.random.default_rng(seed)
+    _, raw = both_worn("both bodies", seed)
+    shown = depth * np.sqrt(PROGRESS) + NOISE * rng.standard_normal(SAMPLES) + disturbing(rng)
+    raw = RawRun(raw.manifest, raw.columns | {"depth": shown}, raw.origins, {}, {}, ())
+    scar = 2 * np.sqrt(depth * (2 * RADIUS - depth)) + SCAR * rng.standard_normal()
+    return correct_drift(with_scar(raw, "pin_scar_diameter", float(scar)), Recipe()).correction.approach
+
+
 @pytest.mark.parametrize("disturbance", DISTURBING)
 @pytest.mark.parametrize("depth", [5e-6, 15e-6])
 def test_what_else_a_sensor_shows_is_no_groove(disturbance, depth):
     for seed in range(3):
-        rng = np.random.default_rng(seed)
-        _, raw = both_worn("both bodies", seed)
-        shown = depth * np.sqrt(PROGRESS) + NOISE * rng.standard_normal(SAMPLES) + DISTURBING[disturbance](rng)
-        raw = RawRun(raw.manifest, raw.columns | {"depth": shown}, raw.origins, {}, {}, ())
-        scar = 2 * np.sqrt(depth * (2 * RADIUS - depth)) + SCAR * rng.standard_normal()
-        assert correct_drift(with_scar(raw, "pin_scar_diameter", float(scar)), Recipe()).correction.approach is None
+        assert approach_beside(depth, DISTURBING[disturbance], seed) is None
+
+
+def test_what_a_sensor_may_drift_is_no_groove_whatever_its_course():
+    assert approach_beside(2e-6, lambda _: 2.2e-6 * np.sqrt(PROGRESS), 1) is None
+    assert approach_beside(2e-6, lambda _: 4e-6 * np.sqrt(PROGRESS), 1) is not None
 
 
 def test_width_of_a_scar_alone_is_not_the_wear_of_the_pin():

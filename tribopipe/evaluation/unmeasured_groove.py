@@ -2,8 +2,8 @@
 
 The sensor shows the wear of both bodies, D = h_p + h_d, and h_p was measured, so that D has the course of both as they
 wear beside each other. It is fitted next to a drift ten times as large as expected of a sensor. The groove is taken
-for one where it is larger than that, by the usual drift as well, and than all else that is in the signal. In any other
-case it could be drift, and the measurement of the pin alone gives k_D.
+for one where it is larger than that, where the course alone, next to a drift of any size, agrees, and where all else
+in the signal is small beside it. In any other case it could be drift, and the measurement of the pin alone gives k_D.
 """
 
 import math
@@ -75,12 +75,10 @@ def _told(run: RawRun, record: DepthRecord, pin: PinContact, beside: Groove, rec
     measured, prior = beside.pin_depth or 0.0, recipe.drift.prior.value
     if not measured > 0 or _read(record) - measured < _BEYOND_DRIFT * prior:
         return None
-    wide, expected = (_posterior(record, pin, beside, drift) for drift in (_BEYOND_DRIFT * prior, prior))
+    wide, free = (_posterior(record, pin, beside, drift) for drift in (_BEYOND_DRIFT * prior, None))
     depth, spread = wide.alone
-    least = min(depth, expected.alone[0]) - measured
-    if least < _BEYOND_DRIFT * prior or abs(depth - expected.alone[0]) > CERTAIN * spread:
-        return None
-    if wide.range_beyond_line > LEAST_PART * least:
+    least = min(depth, free.alone[0]) - measured
+    if least < max(_BEYOND_DRIFT * prior, wide.range_beyond_line / LEAST_PART):
         return None
     scale = sensor_scale(run, recipe)
     spread = math.hypot(spread, depth * (scale.standard_uncertainty or 0.0) / scale.value)
@@ -92,8 +90,8 @@ def _beyond(both: Quantity, pin: Quantity) -> Quantity:
     return Quantity(value=both.value - pin.value, unit="m", standard_uncertainty=spread)
 
 
-def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: float) -> DepthPosterior:
-    """Return the posterior of D where the drift over the test has a standard deviation, m."""
+def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: float | None) -> DepthPosterior:
+    """Return the posterior of D where the drift over the test has a standard deviation, m, or any size."""
     samples, measured = record.samples, beside.pin_depth or 0.0
     most = float(beside.tip.on_track(beside.tip.radius).most)
     guess = min(max(_read(record), (1 + LEAST_PART) * measured), most)
