@@ -253,7 +253,7 @@ class Groove:
 
     @classmethod
     def of(cls, run: RawRun, end: EndWear | None, recipe: Recipe) -> "Groove | None":
-        """Return the groove that was measured beside the pin, or alone where the pin was not; None without one."""
+        """Return the groove that was measured next to the pin, or alone where the pin was not; None without one."""
         used = groove_alone(run, recipe.uncertainty) if end is None else end.disc
         tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
         return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)

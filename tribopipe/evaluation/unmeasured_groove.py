@@ -1,9 +1,9 @@
-"""The groove beside a pin that was measured, where nobody measured the counterbody: by the depth signal of the test.
+"""The groove next to a pin that was measured, where nobody measured the counterbody: by the depth signal of the test.
 
 The sensor shows the wear of both bodies, D = h_p + h_d, and h_p was measured, so that D has the course of both as they
-wear beside each other. It is fitted next to a drift ten times as large as expected of a sensor. The groove is taken
+wear together. It is fitted next to a drift ten times as large as expected of a sensor. The groove is taken
 for one where it is larger than that, where the course alone, next to a drift of any size, agrees, and where all else
-in the signal is small beside it. In any other case it could be drift, and the measurement of the pin alone gives k_D.
+in the signal is small next to it. In any other case it could be drift, and the measurement of the pin alone gives k_D.
 """
 
 import math
@@ -127,6 +127,6 @@ def _course(pin: PinContact, groove: Groove, both: float, worn: Column) -> Colum
 
 
 def _beside(groove: Groove, pin: PinContact, worn: Column) -> Column:
-    """Return the depth of a pin beside a groove, m, where these shares of the volume at its measured depth are worn."""
+    """Return the depth of a pin next to a groove, m, for these shares of the volume at its measured depth."""
     measured = groove.pin_depth or 0.0
     return groove.deepened(pin.worn(pin.volume(measured) * worn).depth, worn, measured)

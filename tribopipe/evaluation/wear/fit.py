@@ -137,7 +137,7 @@ def _fitted(corrected: CorrectedRun, model: LawName, friction: FrictionFit | Non
 
 
 def _worn_coatings(run: RawRun, fit: WearFit, friction: FrictionFit | None, recipe: Recipe) -> Iterator[Finding]:
-    """Report where coatings wore through by the fit; nothing beside a groove of unknown depth."""
+    """Report where coatings wore through by the fit; nothing next to a groove of unknown depth."""
     known = known_wear(fit)
     if known is None or run.manifest.contact is None:
         return

@@ -128,7 +128,7 @@ class Posterior:
         return np.asarray(np.maximum(drawn + systematic, 0.0))
 
     def _depth_of_both(self, distance: float, found: BothWorn) -> Column:
-        """Return draws of the pin's depth, m, beside a wearing counterbody, to first order."""
+        """Return draws of the pin's depth, m, next to a wearing counterbody, by first-order propagation."""
         power = self.problem.contact.pin.depth_exponent
         return np.asarray(found.depths(distance)[0] * np.exp(power * (self._of_both - found.log_coefficient)))
 
