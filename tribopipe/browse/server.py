@@ -137,12 +137,15 @@ def serve(archive: Path, port: int, tell: Callable[[str], None], *, open_browser
     """
     with listening(port) as listener:
         site = Site(listener.getsockname()[1], Key())
-        tell(site.address())
-        if open_browser:
-            once = site.key.address_for_once(f"http://{HOST}:{site.port}/")
-            Thread(target=webbrowser.open, args=[once], daemon=True).start()
         others = set(enumerate_threads())
+        # Nothing is told before all is there: Ctrl-C while modules are being imported would leave them half imported.
         with suppress(KeyboardInterrupt), _ready(archive, site.key) as server:
+            tell(site.address())
+            if open_browser:
+                once = site.key.address_for_once(f"http://{HOST}:{site.port}/")
+                browser = Thread(target=webbrowser.open, args=[once], daemon=True)
+                browser.start()
+                others.add(browser)
             server.run(sockets=[listener])
         for worker in set(enumerate_threads()) - others:
             worker.join(_PATIENCE)  # Python cannot end while another thread is inside the HDF5 library
