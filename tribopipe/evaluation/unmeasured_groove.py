@@ -20,9 +20,9 @@ from tribopipe.physics.depth_model.posterior import DepthPosterior, depth_poster
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.run import RawRun
 
-CERTAIN = 3.0
+_CERTAIN = 3.0
 """Standard uncertainties from which on wear of one body in the depth of both is distinguished from none."""
-LEAST_PART = 0.2
+_LEAST_PART = 0.2
 """Its part in what the sensor shows from which on a drift beyond all expectation would be noticed elsewhere, too."""
 _BEYOND_DRIFT = 10.0
 """By how much more a sensor may drift than is expected of it."""
@@ -33,8 +33,8 @@ _UNWORN = Quantity(value=0.0, unit="m", standard_uncertainty=0.0)
 
 def is_shown(part: Quantity, other: Quantity) -> bool:
     """Return whether the wear depth of one body is shown by the depth signal of both, and is no drift or error."""
-    certain = part.value > CERTAIN * (part.standard_uncertainty or 0.0)
-    return certain and part.value > LEAST_PART * (part.value + other.value)
+    certain = part.value > _CERTAIN * (part.standard_uncertainty or 0.0)
+    return certain and part.value > _LEAST_PART * (part.value + other.value)
 
 
 def wear_of_both(run: RawRun, recipe: Recipe) -> Quantity | None:
@@ -78,7 +78,7 @@ def _told(run: RawRun, record: DepthRecord, pin: PinContact, beside: Groove, rec
     wide, free = (_posterior(record, pin, beside, drift) for drift in (_BEYOND_DRIFT * prior, None))
     depth, spread = wide.alone
     least = min(depth, free.alone[0]) - measured
-    if least < max(_BEYOND_DRIFT * prior, wide.range_beyond_line / LEAST_PART):
+    if least < max(_BEYOND_DRIFT * prior, wide.range_beyond_line / _LEAST_PART):
         return None
     scale = sensor_scale(run, recipe)
     spread = math.hypot(spread, depth * (scale.standard_uncertainty or 0.0) / scale.value)
@@ -94,7 +94,7 @@ def _posterior(record: DepthRecord, pin: PinContact, beside: Groove, drift: floa
     """Return the posterior of D where the drift over the test has a standard deviation, m, or any size."""
     samples, measured = record.samples, beside.pin_depth or 0.0
     most = float(beside.tip.on_track(beside.tip.radius).most)
-    guess = min(max(_read(record), (1 + LEAST_PART) * measured), most)
+    guess = min(max(_read(record), (1 + _LEAST_PART) * measured), most)
     groove = _deep(beside, guess - measured)
 
     def course(both: float, distance: Column) -> Column:
