@@ -10,7 +10,9 @@ from independent.wear import worn_pair
 from tribopipe.documents.manifest import EndValue
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.drift import correct_drift
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.results.run import RawRun
 
 PROGRESS = np.linspace(0.0, 1.0, SAMPLES)
@@ -100,3 +102,14 @@ def test_width_of_a_scar_alone_is_not_the_wear_of_the_pin():
     for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
         found = fit.bodies[body].wear_coefficient
         assert abs(found.value - k_d) < 3 * found.standard_uncertainty
+
+
+def test_specific_wear_is_that_of_the_fit():
+    truth, raw = both_worn("both bodies", 5)
+    corrected = correct_drift(raw)
+    found = specific_wear(corrected.run, None, depths_by_signal(corrected, Recipe()))
+    fit = fit_wear(corrected, recipe=FIRST_ORDER)
+    for body, k_d in (("pin", truth.ball), ("disc", truth.disc)):
+        rate = getattr(found, body).specific_wear_rate
+        assert abs(rate.value - k_d) < 3 * rate.standard_uncertainty < 0.5 * k_d
+        assert rate.value == pytest.approx(fit.bodies[body].wear_coefficient.value, rel=0.05)

@@ -12,10 +12,12 @@ from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
+from tribopipe.evaluation.measurements.worn_pair import SignalDepths
 from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
 from tribopipe.physics.stroke_ends import Stroke
 
 DEFAULTS = DefaultUncertainty()
+
 RATIOS = [0.1, 1, 10, 60, 300]
 PATH = 2 * math.pi * 8e-3
 
@@ -115,7 +117,7 @@ def test_a_depth_signal_shows_the_pin_beside_a_groove_but_is_no_measurement_of_i
     found = state(60)
     run = run_of(described(conditions=CIRCLE, disc_wear_depth=readings(found)["disc_wear_depth"]))
     pin_depth = Quantity(value=float(found.pin_depth), unit="m", standard_uncertainty=1e-7)
-    alone, together = specific_wear(run), specific_wear(run, pin_depth=pin_depth)
+    alone, together = specific_wear(run), specific_wear(run, signal=SignalDepths(pin=pin_depth))
     volume = float(found.groove_area) * PATH
     assert together.bodies["disc"].volume.value == pytest.approx(volume, rel=1e-3)
     assert together.bodies["disc"].volume.standard_uncertainty < 0.1 * alone.bodies["disc"].volume.standard_uncertainty

@@ -32,11 +32,11 @@ METHODS: dict[StepStage, int] = {
     "clean_up": 1,
     "drift_correction": 8,
     "friction_fit": 4,
-    "specific_wear": 6,
+    "specific_wear": 7,
     "wear_fit": 13,
     "prediction": 8,
     "local_wear": 1,
-    "study": 9,
+    "study": 10,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

@@ -39,7 +39,7 @@ from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
 from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, predicted_curves, run_scenario
-from tribopipe.evaluation.wear.problem import pin_depth_by_reading
+from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.evaluation.wear.scenario import KnownWear
 from tribopipe.physics.laws import law_package
 from tribopipe.pipeline.archived_results import archived_coefficients, archived_correction, archived_friction
@@ -157,7 +157,7 @@ def specific_wear_rates(archive: Archive, run_id: str, recipe: Recipe) -> Planne
 
     def compute() -> Found:
         corrected = archived_correction(archive, run_id)
-        return Found(specific_wear(corrected.run, recipe, pin_depth_by_reading(corrected, recipe)))
+        return Found(specific_wear(corrected.run, recipe, depths_by_signal(corrected, recipe)))
 
     return _planned(archive, run_id, "specific_wear", {"uncertainty": _told(recipe.uncertainty)}, compute)
 

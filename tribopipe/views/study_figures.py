@@ -7,7 +7,7 @@ in grayscale.
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import cycle
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,6 +27,7 @@ from tribopipe.results.study import AGREEMENT, LawResult, RunVerdict, StudyCurve
 from tribopipe.views.decimation import thinned
 from tribopipe.views.layout import ONE_COLUMN, TWO_COLUMNS, grid, in_columns, label_outer, letter, rows_and_columns
 from tribopipe.views.plot import (
+    MICRONS,
     RATIO,
     VOLUME,
     Panel,
@@ -96,7 +97,7 @@ def plot_study_wear(
 
     Wear that was recorded along the runs is in one panel, a color for each run (paper, Figs. 1, 4 and 6); the small
     markers are what the study compares, averages over sections of the distance. ``recorded`` holds sliding distance
-    and wear depth, m, by run, for the thin lines.
+    and wear depth, m, by run, for the thin lines. The volume of a counterbody has a panel of its own.
 
     Runs that were measured only at the end share a panel if they have the same load and slip, with a color for each
     body; the law is drawn along the longest of them (paper, Fig. 12). A panel below shows measured over predicted wear.
@@ -104,44 +105,75 @@ def plot_study_wear(
     In a study of both kinds of runs, only those with a recorded wear curve are drawn.
     """
     found, own = result.law(law), [curve for curve in curves if curve.model == law]
-    own = [curve for curve in own if curve.measured is not None] or own
-    runs = [run for run in sorted(found.runs, key=_severity) if run.id in {curve.run_id for curve in own}]
-    along = any(curve.measured is not None for curve in own)
-    groups: dict[str, list[RunVerdict]] = {}
-    for run in runs:
-        groups.setdefault("" if along else _conditions(run.normal_load, run.slip), []).append(run)
-    drawn = [list(study_panels(found, curves, [run.id for run in some])) for some in groups.values()]
-    looks = _looks_of_runs(runs) if along else _looks_of_bodies(found)
-    last, wear = max(run.end.value for run in runs), drawn[0][0]
-    powers = power_of(last), power_of(max(map(_highest, drawn))) if wear.unit == VOLUME else 0
+    by_curve = {curve.run_id for curve in own if curve.measured is not None}
+    along = bool(by_curve)
+    runs = [run for run in sorted(found.runs, key=_severity) if run.id in (by_curve or {curve.run_id for curve in own})]
+    content = list(_by_body(found, curves, runs) if along else _by_conditions(found, curves, runs))
+    looks, single = _looks_of_runs(runs) if along else _looks_of_bodies(found), len(content) == 1
+    last = max(run.end.value for run in runs)
+    far = power_of(last)
     lines = sum(0.2 + 0.14 * look.name.count("\n") for look in looks.values()) if along else 0.0
-    figure, columns = _columns(len(groups), lines)
-    shifts = {name: shift for some in groups.values() for name, shift in _shifts(some, last, along=along).items()}
-    for number, (words, panels, axes) in enumerate(zip(groups, drawn, columns, strict=True)):
-        for place, panel in enumerate(panels):
+    figure, columns = _columns(len(content), lines)
+    groups = [runs] if along else [one.runs for one in content]
+    shifts = {name: shift for some in groups for name, shift in _shifts(some, last, along=along).items()}
+    for number, (one, axes) in enumerate(zip(content, columns, strict=True)):
+        for place, panel in enumerate(one.panels):
             row = place % len(axes)
-            aside = row * _ASIDE * last * (place - len(panels) / 2)
+            aside = row * _ASIDE * last * (place - len(one.panels) / 2)
             draw = _Drawing(axes[row], looks, {name: shift + aside for name, shift in shifts.items()})
-            draw.panel(panel, powers[0], 0 if row else powers[1])
-        if words:
-            letter(axes[0], number, words, len(groups))
+            draw.panel(panel, far, 0 if row else one.power)
+        if one.heading:
+            letter(axes[0], number, one.heading, len(content))
     for run_id, line in (recorded or {}).items():
         if run_id in looks:
             x, y = thinned(*line)
-            depth = from_si(y, wear.unit.si, wear.unit.shown)
+            depth = from_si(y, MICRONS.si, MICRONS.shown)
             columns[0][0].plot(x, depth, color=looks[run_id].color, lw=0.4, alpha=0.35, zorder=1.5)
-    quantity = f"{wear.body} {wear.quantity}" if along else wear.quantity
-    _finish(columns, axis_label(curves[0].along, powers[0]), powered_axis(quantity, powers[1], wear.unit.shown))
-    columns[0][0].set_xlim(*(end / 10.0 ** powers[0] for end in (-0.01 * last, 1.03 * last + max(shifts.values()))))
-    figure.suptitle(_law_words(found, ", " if len(groups) > 1 else ",\n"), x=0.01, ha="left", fontsize=FORMULA)
-    handles = [*_looks_key(looks), *_key(runs, [panel for panels in drawn for panel in panels], thin=bool(recorded))]
+    _finish(columns, axis_label(curves[0].along, far), [one.label for one in content])
+    columns[0][0].set_xlim(*(end / 10.0**far for end in (-0.01 * last, 1.03 * last + max(shifts.values()))))
+    figure.suptitle(_law_words(found, ",\n" if single else ", "), x=0.01, ha="left", fontsize=FORMULA)
+    panels = [panel for one in content for panel in one.panels]
     figure.legend(
-        handles=handles,
-        loc="outside right upper" if along else "outside lower center",
-        ncols=4 if len(groups) > 1 else 1,
+        handles=[*_looks_key(looks), *_key(runs, panels, thin=bool(recorded))],
+        loc="outside right upper" if along and single else "outside lower center",
+        ncols=1 if single else 2 if along else 4,
         handlelength=3.0,
     )
     return figure
+
+
+class _Column(NamedTuple):
+    """What is drawn in the axes of a column."""
+
+    heading: str
+    runs: list[RunVerdict]
+    panels: list[Panel]
+    power: int
+    """Power of ten of the wear axis."""
+    label: str
+    """Of that axis."""
+
+
+def _by_body(found: LawResult, curves: Sequence[StudyCurve], runs: list[RunVerdict]) -> Iterator[_Column]:
+    """Yield one column for each body, the runs in it one by one."""
+    for panel in study_panels(found, curves, [run.id for run in runs]):
+        if panel.unit != RATIO:
+            power = power_of(_highest([panel])) if panel.unit == VOLUME else 0
+            label = powered_axis(f"{panel.body} {panel.quantity}", power, panel.unit.shown)
+            yield _Column("", runs, [panel], power, label)
+
+
+def _by_conditions(found: LawResult, curves: Sequence[StudyCurve], runs: list[RunVerdict]) -> Iterator[_Column]:
+    """Yield one column for each load and slip, with both bodies."""
+    groups: dict[str, list[RunVerdict]] = {}
+    for run in runs:
+        groups.setdefault(_conditions(run.normal_load, run.slip), []).append(run)
+    drawn = {words: list(study_panels(found, curves, [run.id for run in some])) for words, some in groups.items()}
+    wear = next(iter(drawn.values()))[0]
+    power = power_of(max(map(_highest, drawn.values()))) if wear.unit == VOLUME else 0
+    label = powered_axis(wear.quantity, power, wear.unit.shown)
+    for words, panels in drawn.items():
+        yield _Column(words, groups[words], panels, power, label)
 
 
 def _looks_of_runs(runs: Sequence[RunVerdict]) -> dict[str, _Look]:
@@ -249,11 +281,17 @@ def _columns(count: int, beside: float) -> "tuple[Figure, list[tuple[Axes, ...]]
 
     rows, columns = rows_and_columns(count)
     width = ONE_COLUMN if count == 1 and not beside else TWO_COLUMNS
-    height = max(3.7, 1.9 + beside) if beside else (1.9 if count == 1 else 0.9) + 2.9 * rows
+    recorded = max(3.7, 1.9 + beside) if count == 1 else 3.4 + beside
+    height = recorded if beside else (1.9 if count == 1 else 0.9) + 2.9 * rows
     figure = ShownFigure(figsize=(width, height), dpi=300, layout="constrained")
     each = [1.0] if beside else [2.4, 1.0]
     axes = figure.subplots(
-        rows * len(each), columns, sharex=True, sharey="row", squeeze=False, height_ratios=each * rows
+        rows * len(each),
+        columns,
+        sharex=True,
+        sharey=False if beside else "row",
+        squeeze=False,
+        height_ratios=each * rows,
     )
     found = []
     for number in range(rows * columns):
@@ -266,13 +304,13 @@ def _columns(count: int, beside: float) -> "tuple[Figure, list[tuple[Axes, ...]]
     return figure, found[:count]
 
 
-def _finish(columns: "Sequence[tuple[Axes, ...]]", along: str, wear: str) -> None:
-    """Label the outer axes, and leave room for marks above error bars; points at the axis stay whole."""
+def _finish(columns: "Sequence[tuple[Axes, ...]]", along: str, wear: Sequence[str]) -> None:
+    """Label the axes, of equal ones the outer ones, and leave room above error bars; points at the axis stay whole."""
     _, beside = rows_and_columns(len(columns))
     for number, axes in enumerate(columns):
         axes[-1].set_xlabel(along)
-        for ax, label, least in zip(axes, (wear, "measured /\npredicted"), (None, 0.9), strict=False):
-            if number % beside == 0:
+        for ax, label, least in zip(axes, (wear[number], "measured /\npredicted"), (None, 0.9), strict=False):
+            if number % beside == 0 or label != wear[number - 1]:
                 low, high = ax.get_ylim()
                 usual = low if low < -0.08 * high else -0.02 * high
                 ax.set_ylim(usual if least is None else min(least, low), high + 0.08 * (high - low))

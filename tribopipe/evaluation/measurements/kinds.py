@@ -10,15 +10,15 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, disc_totals, twin_disc_wear
-from tribopipe.evaluation.measurements.worn_pair import WornBodies
+from tribopipe.evaluation.measurements.worn_pair import SignalDepths, WornBodies
 from tribopipe.results.run import RawRun
 
 
 class Measurements(NamedTuple):
     """Functions that evaluate the measurements of the bodies."""
 
-    worn: Callable[[RawRun, DefaultUncertainty, int | None, Quantity | None], WornBodies]
-    """Depth and volume of each body at an interruption, or at the end, by the depth of an unmeasured pin, m."""
+    worn: Callable[[RawRun, DefaultUncertainty, int | None, SignalDepths], WornBodies]
+    """Depth and volume of each body at an interruption, or at the end, with what only the depth signal shows."""
     at_end: Callable[[RawRun, Recipe, Quantity | None], EndWear | DiscEndWear | None]
     """The wear at the end as a displacement sensor has seen it, next to an unmeasured groove; None if it is unknown."""
     totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]] | None

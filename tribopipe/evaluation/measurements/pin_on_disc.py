@@ -21,6 +21,7 @@ from tribopipe.evaluation.measurements.worn_pair import (
     VOLUMES,
     WIDTHS,
     BodyWear,
+    SignalDepths,
     SlidingPath,
     WornBodies,
     WornPair,
@@ -92,7 +93,7 @@ def end_wear(
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
-    found = _Found.of(run, *measured_at(run, interruption), defaults, approach=approach)
+    found = _Found.of(run, *measured_at(run, interruption), defaults, SignalDepths(both=approach))
     pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
     best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
     return None if best is None else replace(best, disc=found.groove)
@@ -142,20 +143,19 @@ def pin_on_disc_wear(
     run: RawRun,
     defaults: DefaultUncertainty,
     interruption: int | None = None,
-    pin_depth: Quantity | None = None,
-    approach: Quantity | None = None,
+    signal: SignalDepths | None = None,
 ) -> WornBodies:
     """Return depth and volume of both bodies by each post-test measurement, or by what was measured at an interruption.
 
-    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal, which is no measurement of the pin;
-    ``approach`` the depth of both bodies, m, by a depth signal next to a pin that was.
+    ``signal`` is what only the depth signal shows of their depths; that of the pin is no measurement of it.
 
     Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
     """
     where, end = measured_at(run, interruption)
-    found = _Found.of(run, where, end, defaults, pin_depth, approach)
-    pins = tuple(found.wear_of(pin) for pin in found.pins if pin.quantity is not pin_depth)
-    notes = (*pin_notes(run, where), *disc_notes(run, end, found.disc, pin_depth))
+    signal = signal or SignalDepths()
+    found = _Found.of(run, where, end, defaults, signal)
+    pins = tuple(found.wear_of(pin) for pin in found.pins if pin.quantity is not signal.pin)
+    notes = (*pin_notes(run, where), *disc_notes(run, end, found.disc, signal.pin))
     return WornBodies({"pin": pins, "disc": found.disc}, notes)
 
 
@@ -191,18 +191,18 @@ class _Found:
         where: str,
         end: EndValues,
         defaults: DefaultUncertainty,
-        pin_depth: Quantity | None = None,
-        approach: Quantity | None = None,
+        signal: SignalDepths | None = None,
     ) -> "_Found":
+        signal = signal or SignalDepths()
         tip, path = PinTip.of(run.manifest.sliding_pin.equivalent_pin), SlidingPath.of(run, defaults)
         pins = tuple(pin_values(run, where, end, defaults))
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
         if tip.widens and all(pin.name in WIDTHS and pin.quantity.value for pin in pins):
             pins = ()  # the scar is as wide as the groove, whichever of both bodies has worn
-        if not pins and pin_depth is not None:
-            pins = (EndValueUsed("pin_wear_depth", pin_depth, "manifest"),)
-        if approach is not None:
-            readings.append(EndValueUsed(BY_SIGNAL, approach, "manifest"))
+        if not pins and signal.pin is not None:
+            pins = (EndValueUsed("pin_wear_depth", signal.pin, "manifest"),)
+        if signal.both is not None:
+            readings.append(EndValueUsed(BY_SIGNAL, signal.both, "manifest"))
         best = min(pins, key=lambda pin: _rank(pin, tip), default=UNKNOWN_SHARE)
         pair = WornPair(tip, tip_radius(run, defaults), path, best, _NO_TRACK)
         unseen = defaults.unseen_groove

@@ -29,7 +29,7 @@ from tribopipe.evaluation.load_and_friction import contact_load, load_path, load
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, SignalDepths, surest
 from tribopipe.results.finding import reworded
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
@@ -124,7 +124,7 @@ def _distance_at(run: RawRun, stop: int) -> float:
 
 def _volumes(run: RawRun, defaults: DefaultUncertainty, body: str, stop: int | None) -> dict[str, Quantity]:
     """Return the volume of a body by each way of measuring at an interruption, or at the end."""
-    ways = measurements_of(run.manifest.described).worn(run, defaults, stop, None).bodies[body]
+    ways = measurements_of(run.manifest.described).worn(run, defaults, stop, SignalDepths()).bodies[body]
     return {way.name: way.volume for way in ways if way.volume is not None}
 
 
@@ -214,10 +214,10 @@ def _scatter(path: Column, volume: Column, own: Column) -> float:
     return max(1.0, math.sqrt(float(np.mean(later**2))))
 
 
-def specific_wear(run: RawRun, recipe: Recipe | None = None, pin_depth: Quantity | None = None) -> SpecificWear:
+def specific_wear(run: RawRun, recipe: Recipe | None = None, signal: SignalDepths | None = None) -> SpecificWear:
     """Return wear volume, depth and specific wear rate of each body at the end of a run.
 
-    ``pin_depth`` is that of a pin that was not measured, m, by a depth signal: a groove has its shape by it.
+    ``signal`` is what only the depth signal shows: a pin next to a measured groove, or a groove next to a measured pin.
 
     A run without bodies, without post-test measurements or without a volume passes through, and the result states what
     is missing.
@@ -229,7 +229,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None, pin_depth: Quantity
     contact = run.manifest.contact
     if contact is None:
         return SpecificWear(outcome="not evaluated", notes=("the bodies are not described in run.toml",))
-    worn, notes = measurements_of(contact).worn(run, defaults, None, pin_depth)
+    worn, notes = measurements_of(contact).worn(run, defaults, None, signal or SignalDepths())
     distance = _distance(run, defaults)
     if distance is None:
         return SpecificWear(outcome="not evaluated", notes=(*notes, "no sliding distance"))

@@ -19,6 +19,7 @@ from tribopipe.evaluation.study.measured_runs import MeasuredDraws, MeasuredRun,
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws, chosen, copies_note
 from tribopipe.evaluation.study.pressure_exponent import pressed_run, pressure_exponent
 from tribopipe.evaluation.study.random_effects import DEPTHS, VOLUMES, Combination, combine
+from tribopipe.evaluation.study.recorded_pairs import PairDraws, RecordedPair, judge_pair, with_counterbody
 from tribopipe.evaluation.study.recorded_runs import Shape, compare_laws, judge_recorded, one_engine
 from tribopipe.evaluation.study.verdict import Judgment, Question, sentence, single_run_note, worst_outcome
 from tribopipe.evaluation.study.volume_runs import VolumeDraws, VolumeRun, judge_volumes, posed_volumes
@@ -37,8 +38,8 @@ from tribopipe.results.study import (
     StudyResult,
 )
 
-StudiedRun = PosedRun | MeasuredRun | VolumeRun
-Draws = RunDraws | MeasuredDraws | VolumeDraws
+StudiedRun = PosedRun | MeasuredRun | VolumeRun | RecordedPair
+Draws = RunDraws | MeasuredDraws | VolumeDraws | PairDraws
 
 
 def evaluate(
@@ -84,7 +85,7 @@ def posed(member: Member, law: LawName, recipe: Recipe) -> StudiedRun:
     if manifest.contact is not None and not manifest.contact.sensor_tells:
         return posed_measurements(member, law, recipe)
     by_volume = None if member.has_curve or manifest.contact is None else posed_volumes(member, law, recipe)
-    return by_volume or member.pose(law, recipe)
+    return by_volume or with_counterbody(member.pose(law, recipe), law, recipe)
 
 
 def _limits(members: Sequence[Member]) -> tuple[str, ...]:
@@ -119,7 +120,7 @@ class _Law:
             [_restricted(study.id, run, self._named_by(run)) for run in runs] for runs in (self.fitted, self.predicted)
         )
         every = (*self.fitted, *self.predicted)
-        self.shapes = {run.member.id: Shape(run) for run in every if isinstance(run, PosedRun)}
+        self.shapes = {run.member.id: Shape(run) for run in map(_recorded, every) if run is not None}
         self.curves: list[StudyCurve] = []
         self._combined: list[Combination] = []
         self._first: list[tuple[Generator, dict[str, Column], list[Draws], Column]] = []
@@ -137,7 +138,7 @@ class _Law:
         rolling = first.member.corrected.run.manifest.slip is not None
         return LawResult(
             model=self.law,
-            engine=next((run.engine for run in self.fitted if isinstance(run, PosedRun)), first.engine),
+            engine=next((run.engine for run in self.fitted if _recorded(run) is not None), first.engine),
             distance_per_rotation=self.recipe.wear.distance_per_rotation if rolling else None,
             bodies={
                 body: StudiedBody(
@@ -188,10 +189,14 @@ class _Law:
 
     def _combine(self, solved: Column) -> list[Combination]:
         ids = [run.member.id for run in self.fitted]
-        scale = VOLUMES if any(isinstance(run, VolumeRun) for run in self.fitted) else DEPTHS
         return [
-            combine(ids, [float(run.coefficients[place]) for run in self.fitted], solved[:, :, place], scale)
-            for place in range(len(self.bodies))
+            combine(
+                ids,
+                [float(run.coefficients[place]) for run in self.fitted],
+                solved[:, :, place],
+                VOLUMES if any(_name_in(run, body) in run.by_volume for run in self.fitted) else DEPTHS,
+            )
+            for place, body in enumerate(self.bodies)
         ]
 
     def _best(self) -> Column:
@@ -217,7 +222,7 @@ class _Law:
             end=run.end,
             outcome=worst_outcome(found.bodies.values()),
             sentence="",
-            notes=(*found.notes, *default_notes(run.problem.inputs)),
+            notes=(*found.notes, *default_notes(run.inputs)),
             findings=found.findings,
             bodies=found.bodies,
             end_of_life=found.end_of_life,
@@ -231,6 +236,8 @@ class _Law:
     def _judgment(self, draws: Draws, asked: Question) -> Judgment:
         if isinstance(draws, RunDraws):
             return judge_recorded(draws, asked, self.shapes[draws.run.member.id])
+        if isinstance(draws, PairDraws):
+            return judge_pair(draws, asked, self.shapes[draws.run.member.id])
         return judge_volumes(draws, asked) if isinstance(draws, VolumeDraws) else judge_measured(draws, asked)
 
 
@@ -264,9 +271,15 @@ def _coefficient(run: StudiedRun, body: str) -> float:
     return float(run.coefficients[run.bodies.index(_name_in(run, body))])
 
 
+def _recorded(run: StudiedRun) -> PosedRun | None:
+    """Return the part of a run whose wear a sensor recorded; None if there is none."""
+    run = run.pin if isinstance(run, RecordedPair) else run
+    return run if isinstance(run, PosedRun) else None
+
+
 def _restricted(study_id: str, run: StudiedRun, bodies: Sequence[str]) -> StudiedRun:
     """Return a run as it identifies k_D of some bodies. Raises ``FitError`` where it has measured none of them."""
-    some = run.of(bodies) if isinstance(run, VolumeRun) else run
+    some = run.of(bodies) if isinstance(run, VolumeRun | RecordedPair) else run
     if some is None or not set(some.bodies) & set(bodies):
         raise FitError(
             f"{study_id}: found no measurement of the {' or '.join(map(spoken, bodies))} in {run.member.id}; expected "

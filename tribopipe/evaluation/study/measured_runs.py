@@ -4,7 +4,7 @@ The end is judged first, the volume before depth and width, and everything measu
 rejected for a run where it is for either body; each body has half the probability of a false alarm that a pin has.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -37,6 +37,7 @@ from tribopipe.evaluation.wear.inputs import DISC_INPUTS
 from tribopipe.evaluation.wear.measurement_fit import measurement_budgets
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, measurement_problem
 from tribopipe.physics.calculation_methods import WearEngine
+from tribopipe.results.input_quantities import Inputs
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
@@ -49,6 +50,12 @@ class MeasuredRun:
     problem: MeasurementProblem
 
     engine: ClassVar[WearEngine] = "giwm"
+    by_volume: ClassVar[Collection[str]] = ()
+
+    @property
+    def inputs(self) -> Inputs:
+        """Everything uncertain that k_D depends on."""
+        return self.problem.inputs
 
     @property
     def bodies(self) -> tuple[str, ...]:

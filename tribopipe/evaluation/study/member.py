@@ -5,9 +5,10 @@ sensors, the same noise at the same sampling rate; post-test measurements of dep
 are, volumes as uncertain relative to themselves.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.random import Generator
@@ -26,7 +27,7 @@ from tribopipe.evaluation.wear.problem import PRESSURE, WearProblem, wear_proble
 from tribopipe.evaluation.wear.uncertainty import budget, solve_draws
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.evaluation import FrictionFit
-from tribopipe.results.input_quantities import Input
+from tribopipe.results.input_quantities import Input, Inputs
 from tribopipe.results.run import CorrectedRun
 from tribopipe.results.study import LeftOut
 from tribopipe.results.wear_fit import Contribution
@@ -179,6 +180,13 @@ class PosedRun:
     def engine(self) -> WearEngine:
         """Pressure that k_D is found by."""
         return self.problem.engine
+
+    by_volume: ClassVar[Collection[str]] = ()
+
+    @property
+    def inputs(self) -> Inputs:
+        """Everything uncertain that k_D depends on."""
+        return self.problem.inputs
 
     @property
     def bodies(self) -> tuple[str, ...]:

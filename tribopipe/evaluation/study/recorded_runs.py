@@ -22,6 +22,7 @@ from tribopipe.evaluation.depth_reading import engine_of
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws
 from tribopipe.evaluation.study.verdict import (
+    DECISIVE,
     Comparison,
     Judgment,
     KnownCoefficient,
@@ -246,7 +247,8 @@ def judge_recorded(draws: RunDraws, asked: Question, shape: Shape) -> Judgment:
     best, coefficients = asked.of(run.bodies[0])
     comparison = compare(draws, best, coefficients)
     engines = compare_engines(draws) if asked.role == "fitted" else None
-    outcome = _withheld(decide(comparison, lambda factor: run.predicted(best * factor)), run)
+    decisive = DECISIVE / len(asked.bodies)
+    outcome = _withheld(decide(comparison, lambda factor: run.predicted(best * factor), decisive), run)
     known = KnownCoefficient(run.coefficient, draws.coefficient, best, coefficients)
     places = [_meters(place) for place in run.places.tolist()]
     body = body_verdict(comparison, outcome, "wear_depth", places, known).model_copy(

@@ -35,6 +35,8 @@ DECISIVE = 0.005
 _NOTABLE = 0.05
 _SURE = 0.01
 """Probability under the law below which a trend or a change is worth a word."""
+_SMALL = 0.1
+"""Trend over u of the measured wear below which it is not: k_D is hardly changed by it."""
 _NONE = 1e-9
 """Share of the wear that is no difference: limits are at least as wide."""
 _LEAST_REACH = 0.5
@@ -253,8 +255,8 @@ def _against(body: BodyVerdict, verdict: RunVerdict) -> str:
 
 
 def _left_over(body: BodyVerdict) -> str:
-    trend = body.trend
-    if trend is None or trend.p_value > _SURE:
+    trend, spread = body.trend, body.measured.standard_uncertainty or 0.0
+    if trend is None or trend.p_value > _SURE or trend.amplitude.value < _SMALL * spread:
         return ""
     return f"; the residuals have a trend of {trend.amplitude.shown('um')} that the law does not explain"
 

@@ -40,9 +40,9 @@ from tribopipe.evaluation.study.verdict import (
 )
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
-from tribopipe.evaluation.wear.problem import pin_depth_by_reading
+from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.physics.calculation_methods import WearEngine
-from tribopipe.results.input_quantities import Input
+from tribopipe.results.input_quantities import Input, Inputs
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
@@ -69,6 +69,16 @@ class VolumeRun:
     def bodies(self) -> tuple[str, ...]:
         """The bodies whose k_D is found."""
         return self.problem.bodies
+
+    @property
+    def by_volume(self) -> Collection[str]:
+        """Those whose k_D is found by a volume."""
+        return self.bodies
+
+    @property
+    def inputs(self) -> Inputs:
+        """Everything uncertain that k_D depends on."""
+        return self.problem.inputs
 
     @property
     def contact(self) -> SlidingPin:
@@ -104,10 +114,16 @@ class VolumeRun:
             inputs[volume_of(body)] = replace(given, quantity=quantity)
         return replace(self.problem, inputs=inputs).budgets()
 
-    def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "VolumeDraws":
-        """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""
-        problem = self.problem
+    def draw(
+        self, rng: Generator, count: int, shared: Mapping[str, Column], drawn: Mapping[str, Column] | None = None
+    ) -> "VolumeDraws":
+        """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study.
+
+        Inputs that are ``drawn`` are as they are.
+        """
+        problem, drawn = self.problem, drawn or {}
         values = draw_values(problem.inputs, problem.friction_covariance, rng, count, shared)
+        values |= {name: drawn[name] for name in values.keys() & drawn.keys()}
         return VolumeDraws(self, values, problem.coefficients(values))
 
 
@@ -133,12 +149,12 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     Raises ``FitError`` where the run is missing something that the law needs.
     """
     run, friction = member.corrected.run, member.friction
-    pin_depth = pin_depth_by_reading(member.corrected, recipe)
-    fit = volume_fit(run, law, friction, recipe, pin_depth)
+    signal = depths_by_signal(member.corrected, recipe)
+    fit = volume_fit(run, law, friction, recipe, signal)
     if fit is None:
         return None
     own = recipe.model_copy(update={"uncertainty": without_unseen_groove(recipe.uncertainty)})
-    exact = volume_fit(with_exact_dimensions(run), law, friction, own, pin_depth)
+    exact = volume_fit(with_exact_dimensions(run), law, friction, own, signal)
     if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
         lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
         raise FitError(

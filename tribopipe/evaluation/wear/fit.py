@@ -26,7 +26,7 @@ from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.inputs import default_notes
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, correlation, measurement_fit, volume_fit
 from tribopipe.evaluation.wear.prediction import fitted_curves, run_scenario
-from tribopipe.evaluation.wear.problem import pin_depth_by_reading
+from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.evaluation.wear.scenario import known_wear
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath
 from tribopipe.physics.law_functions import law_of_function
@@ -154,8 +154,7 @@ def _by_volume(
     run = corrected.run
     if run.manifest.contact is None or recipe.wear.engine not in (None, "volume"):
         return None
-    approach = corrected.correction.approach
-    return volume_fit(run, model, friction, recipe, pin_depth_by_reading(corrected, recipe), approach)
+    return volume_fit(run, model, friction, recipe, depths_by_signal(corrected, recipe))
 
 
 def _with_counterbody(fit: WearFit, volumes: VolumeFit) -> WearFit:

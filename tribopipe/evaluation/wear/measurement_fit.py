@@ -19,7 +19,7 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.sliding_distance import told_by
 from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
-from tribopipe.evaluation.measurements.worn_pair import surest
+from tribopipe.evaluation.measurements.worn_pair import SignalDepths, surest
 from tribopipe.evaluation.wear.findings import unseen_groove
 from tribopipe.evaluation.wear.inputs import (
     distance_scale,
@@ -302,17 +302,15 @@ def volume_fit(
     model: LawName,
     friction: FrictionFit | None,
     recipe: Recipe,
-    pin_depth: Quantity | None = None,
-    approach: Quantity | None = None,
+    signal: SignalDepths | None = None,
 ) -> VolumeFit | tuple[str, ...] | None:
     """Pose k_D of the bodies of a pin's run whose lost volume was measured.
 
-    None where no volume was, or without a sliding distance. ``pin_depth``, m, is that of a pin that was not measured,
-    as the depth signal has it: it makes the volume of the groove more certain; ``approach`` is the depth of both bodies
-    by a depth signal next to a pin that was measured. Reports what else the law needs and the
-    run does not have. Raises ``FitError`` for a mass without density, and for profiles of which nothing can be taken.
+    None where no volume was, or without a sliding distance. ``signal`` is what only the depth signal shows of their
+    depths. Reports what else the law needs and the run does not have. Raises ``FitError`` for a mass without density,
+    and for profiles of which nothing can be taken.
     """
-    slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe, pin_depth, approach)
+    slid, lost = run.columns.get("sliding_distance"), _lost(run, recipe, signal)
     if slid is None or not np.any(slid > 0) or not lost:
         return None
     law, given = law_named(model), law_inputs(law_named(model), recipe)
@@ -330,15 +328,13 @@ def volume_fit(
     return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits, findings)
 
 
-def _lost(
-    run: RawRun, recipe: Recipe, pin_depth: Quantity | None, approach: Quantity | None
-) -> dict[str, tuple[BodyLoss, Quantity]]:
+def _lost(run: RawRun, recipe: Recipe, signal: SignalDepths | None) -> dict[str, tuple[BodyLoss, Quantity]]:
     """Return what each body has lost in one contact, m³, and the way that gives it most certainly.
 
     It is below zero if a body has gained.
     """
     contact, found = run.manifest.sliding_pin, {}
-    for role, ways in pin_on_disc_wear(run, recipe.uncertainty, pin_depth=pin_depth, approach=approach).bodies.items():
+    for role, ways in pin_on_disc_wear(run, recipe.uncertainty, signal=signal).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
         if best is not None and best.volume is not None and _is_known(best.volume):
             found[body] = best, scaled(best.volume, 1 / contact.contacts_of(role))

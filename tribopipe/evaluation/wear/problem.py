@@ -27,6 +27,7 @@ from tribopipe.evaluation.drift import SensorTrace, read_trace
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.measurements.worn_pair import SignalDepths
 from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
@@ -491,12 +492,13 @@ def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
     return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), groove, tip)
 
 
-def pin_depth_by_reading(corrected: CorrectedRun, recipe: Recipe) -> Quantity | None:
-    """Return the wear depth of a pin that was not measured after the test, m, as the depth reading has it."""
+def depths_by_signal(corrected: CorrectedRun, recipe: Recipe) -> SignalDepths:
+    """Return which depths of pin and disc only the depth signal gives, since they were not measured after the test."""
+    both = corrected.correction.approach
     if corrected.run.manifest.pin is None or end_wear(corrected.run, recipe.uncertainty) is not None:
-        return None
+        return SignalDepths(both=both)
     read = end_by_reading(corrected, recipe)
-    return None if read is None else read.pin_depth
+    return SignalDepths(pin=None if read is None else read.pin_depth)
 
 
 def unseen_groove_input(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
