@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Polygon, Rectangle
+from matplotlib.path import Path
 
+from tribopipe.base.arrays import Column
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, styled
 
 if TYPE_CHECKING:
@@ -14,6 +16,78 @@ if TYPE_CHECKING:
 BLUE, RED = PALETTE[0], PALETTE[1]
 _PALE = "#e4e7ea"
 _SIZE = (4.6, 2.9)
+
+
+@styled
+def draw_pin_on_disc() -> Figure:
+    """Draw a ball in the groove of its disc, in a section across the track, and the disc from above."""
+    figure, ax = _empty((5.6, 2.9), (-4.6, 6.6), (-2.1, 3.7))
+    half, level = 1.05, -0.3
+    ax.add_patch(Rectangle((-4.4, -1.7), 4.9, 1.7, facecolor=_PALE, edgecolor=BLACK, lw=0.8))
+    middle, ball = -2.0, 1.5
+    x = np.linspace(-half, half, 100)
+    groove = level * np.sqrt(1 - (x / half) ** 2)
+    ax.fill_between(middle + x, groove, 0.02, color="white", lw=0)
+    around = np.linspace(-np.pi / 2 + np.arcsin(half / ball), 1.5 * np.pi - np.arcsin(half / ball), 200)
+    center = np.sqrt(ball**2 - half**2)
+    outline = [*zip(middle + ball * np.cos(around), center + ball * np.sin(around), strict=True)]
+    outline += [*zip(middle + x, groove, strict=True)]
+    ax.add_patch(Polygon(outline, closed=True, facecolor="white", edgecolor=BLACK, lw=0.8))
+    ax.plot(middle + x, groove, color=RED, lw=1.6)
+    _arrow(ax, (middle, 3.5), (middle, center + ball + 0.05), "normal_load", (middle + 0.15, 3.2), "left")
+    _span(ax, (middle - half, middle + half), -0.75, "")
+    ax.text(middle, -0.85, "disc_track_width,\npin_scar_width", ha="center", va="top")
+    for place in (-half, half):
+        ax.plot([middle + place, middle + place], [-0.85, 0], color=GREY, lw=0.6)
+    ax.text(middle, center, "pin", ha="center", va="center")
+    ax.text(0.4, -1.6, "disc", ha="right", va="bottom")
+    disc, track = np.array([3.9, 0.9]), 1.75
+    ax.add_patch(Circle(tuple(disc), 2.3, facecolor=_PALE, edgecolor=BLACK, lw=0.8))
+    for radius in (track - 0.14, track + 0.14):
+        ax.add_patch(Circle(tuple(disc), radius, facecolor="none", edgecolor=RED, lw=0.8))
+    place = disc + track * np.array([-np.cos(0.6), np.sin(0.6)])
+    ax.add_patch(Circle(tuple(place), 0.42, facecolor="white", edgecolor=BLACK, lw=0.8))
+    end = disc + track * np.array([np.cos(0.35), np.sin(0.35)])
+    ax.add_patch(FancyArrowPatch(tuple(disc), tuple(end), arrowstyle="->", mutation_scale=8, lw=0.8))
+    ax.text(disc[0] - 0.2, disc[1] + 0.5, "track_radius", ha="center", va="bottom")
+    _turn(ax, disc, 0.8, (200, 340))
+    ax.text(disc[0], disc[1] - 0.95, "rotational_speed", ha="center", va="top")
+    return figure
+
+
+@styled
+def draw_twin_disc() -> Figure:
+    """Draw two discs that roll and slip, from the side and along the direction of rolling."""
+    figure, ax = _empty((5.6, 3.3), (-5.2, 6.0), (-3.3, 3.9))
+    radius = 1.45
+    for height, words in ((radius, "curved_disc"), (-radius, "flat_disc")):
+        upper = height > 0
+        ax.add_patch(Circle((-2.6, height), radius, facecolor="white" if upper else _PALE, edgecolor=BLACK, lw=0.8))
+        ax.text(-4.2, height, words, ha="right", va="center", rotation=90)
+        end = (-2.6 + 0.95 * radius * np.cos(0.5), height + 0.95 * radius * np.sin(0.5))
+        ax.add_patch(FancyArrowPatch((-2.6, height), end, arrowstyle="->", mutation_scale=8, lw=0.8))
+        ax.text(-2.6, height - 0.1, "rolling_radius", ha="center", va="top")
+    _turn(ax, np.array([-2.6, radius]), 1.1, (110, 165))
+    _turn(ax, np.array([-2.6, -radius]), 1.1, (165, 110))
+    ax.text(-1.0, 0.0, "slip = (v₂ − v₁)/v₁", ha="left", va="center")
+    _arrow(ax, (-2.6, 3.8), (-2.6, 2.95), "normal_load", (-2.45, 3.5), "left")
+    half, worn, crown = 1.5, 0.55, 1.75
+    x = np.linspace(-half, half, 200)
+    profile = np.maximum(crown - np.sqrt(crown**2 - x**2), crown - np.sqrt(crown**2 - worn**2))
+    profile -= profile.min()
+    body = [*zip(3.6 + x, profile, strict=True), (3.6 + half, 2 * radius), (3.6 - half, 2 * radius)]
+    ax.add_patch(Polygon(body, closed=True, facecolor="white", edgecolor=BLACK, lw=0.8))
+    ax.add_patch(Rectangle((3.6 - half, -2 * radius), 2 * half, 2 * radius, facecolor=_PALE, edgecolor=BLACK, lw=0.8))
+    ax.plot([3.6 - worn, 3.6 + worn], [0, 0], color=RED, lw=2.2)
+    _span(ax, (3.6 - worn, 3.6 + worn), -0.6, "")
+    ax.text(3.6, -0.75, "curved_disc_track_width", ha="center", va="top")
+    for place in (-worn, worn):
+        ax.plot([3.6 + place, 3.6 + place], [-0.7, 0], color=GREY, lw=0.6)
+    top = np.array([3.6, crown])
+    end = top + crown * np.array([np.sin(0.65), -np.cos(0.65)])
+    ax.add_patch(FancyArrowPatch(tuple(top), tuple(end), arrowstyle="->", mutation_scale=8, lw=0.8))
+    ax.text(top[0], top[1] + 0.08, "crown_radius", ha="center", va="bottom")
+    return figure
 
 
 @styled
@@ -102,6 +176,13 @@ def _empty(size: tuple[float, float], x: tuple[float, float], y: tuple[float, fl
     ax.set(xlim=x, ylim=y, aspect="equal")
     ax.set_axis_off()
     return figure, ax
+
+
+def _turn(ax: "Axes", center: Column, radius: float, angles: tuple[float, float]) -> None:
+    """Draw an arrow along a circle from one angle to another, degrees."""
+    around = np.radians(np.linspace(*angles, 60))
+    line = center + radius * np.column_stack([np.cos(around), np.sin(around)])
+    ax.add_patch(FancyArrowPatch(path=Path(line), arrowstyle="->", mutation_scale=8, lw=0.8))
 
 
 def _arrow(

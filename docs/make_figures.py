@@ -5,7 +5,13 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from contact_drawings import draw_block_on_ring, draw_four_ball, draw_reciprocating
+from contact_drawings import (
+    draw_block_on_ring,
+    draw_four_ball,
+    draw_pin_on_disc,
+    draw_reciprocating,
+    draw_twin_disc,
+)
 from explained_figures import plot_disc_model, plot_drift_and_wear, plot_euler_steps
 from hand_formula_figures import plot_d4172, plot_g77, plot_g99, plot_g133
 
@@ -63,6 +69,8 @@ def main() -> None:
         "hand-formulas-g133.svg": plot_g133(),
         "hand-formulas-g77.svg": plot_g77(),
         "hand-formulas-d4172.svg": plot_d4172(),
+        "pin-on-disc.svg": draw_pin_on_disc(),
+        "twin-disc.svg": draw_twin_disc(),
         "reciprocating.svg": draw_reciprocating(),
         "block-on-ring.svg": draw_block_on_ring(),
         "four-ball.svg": draw_four_ball(),
