@@ -20,13 +20,14 @@ K_BALL, K_DISC = PAIRS["both bodies"]
 TRUTH = Truth(K_BALL, K_DISC)
 
 
-def member(name: str, truth: Truth = TRUTH, measured: str = "both") -> Member:
-    """A run as a laboratory writes it down that measures the scar on the ball, or the depth of the groove as well."""
-    raw = run_of(truth, MEASURED["scar"], np.random.default_rng(len(name)), settles=False)
-    ends = raw.manifest.end_values
-    if measured == "both":
-        groove = run_of(truth, MEASURED["groove"], np.random.default_rng(len(name)), settles=False)
-        ends = ends.model_copy(update={"disc_wear_depth": groove.manifest.end_values.disc_wear_depth})
+def member(name: str, truth: Truth = TRUTH, measured: tuple[str, ...] = ("scar", "groove")) -> Member:
+    """A run as a laboratory writes it down, with a scar on the ball, the depth of the groove or both measured."""
+    manifests = []
+    for one in measured:
+        raw = run_of(truth, MEASURED[one], np.random.default_rng(len(name)), settles=False)
+        manifests.append(raw.manifest)
+    known = {MEASURED[one].key: manifest.end_values for one, manifest in zip(measured, manifests, strict=True)}
+    ends = manifests[0].end_values.model_copy(update={key: getattr(end, key) for key, end in known.items()})
     manifest = raw.manifest.model_copy(update={"id": name, "end_values": ends})
     return Member(correct_drift(replace(raw, manifest=manifest), QUICK), None)
 
@@ -38,18 +39,19 @@ def studied(fit, predict=(), **more):
     return evaluate(study, members, QUICK)
 
 
-def test_one_run_has_the_k_d_of_its_own_fit():
-    one = member("one")
+@pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
+def test_one_run_has_the_k_d_of_its_own_fit(measured):
+    one = member("one", measured=measured)
     law, alone = studied([one]).result.laws[0], fit_wear(one.corrected, "archard", recipe=QUICK)
     assert list(law.bodies) == ["pin", "disc"]
     for body, found in law.bodies.items():
         own = alone.bodies[body].wear_coefficient
-        assert found.wear_coefficient.value == pytest.approx(own.value, rel=1e-6)
-        assert found.wear_coefficient.standard_uncertainty == pytest.approx(own.standard_uncertainty, rel=0.1)
+        assert found.wear_coefficient.value == pytest.approx(own.value, rel=1e-5)
+        assert found.wear_coefficient.standard_uncertainty == pytest.approx(own.standard_uncertainty, rel=0.15)
     assert law.correlation == pytest.approx(alone.correlation, abs=0.1)
 
 
-@pytest.mark.parametrize("measured", ["scar", "both"])
+@pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
 def test_both_k_d_are_found_and_predict_a_run_of_both(measured):
     fit = [member("a" * n, measured=measured) for n in (1, 2, 3)]
     evaluation = studied(fit, [member("heavy", measured=measured)])
@@ -57,10 +59,8 @@ def test_both_k_d_are_found_and_predict_a_run_of_both(measured):
     for body, truth in (("pin", K_BALL), ("disc", K_DISC)):
         found = law.bodies[body].wear_coefficient
         assert abs(found.value - truth) < 3 * found.standard_uncertainty
-    assert {body: one.what for body, one in law.runs[-1].bodies.items()} == {
-        "pin": "wear_depth",
-        "disc": "wear_volume",
-    }
+    seen = {body: one.what for body, one in law.runs[-1].bodies.items()}
+    assert seen == {"pin": "wear_depth" if "scar" in measured else "wear_volume", "disc": "wear_volume"}
     assert law.runs[-1].outcome == "supported"
     assert len(plot_study_wear(evaluation.result, "archard", evaluation.curves).axes) >= 2
 
@@ -82,11 +82,12 @@ def test_what_both_bodies_depend_on_is_drawn_once():
     assert np.std(drawn.pin.values["normal_load"]) > 0.5 * RELATIVE["load"] * np.mean(drawn.pin.values["normal_load"])
 
 
-def test_a_plan_tells_of_both():
-    plans = designs(posed(member("one"), "archard", QUICK), "archard", 0.05)
+@pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
+def test_a_plan_tells_of_both(measured):
+    plans = designs(posed(member("one", measured=measured), "archard", QUICK), "archard", 0.05)
     assert [plan.of for plan in plans] == ["k_D of the pin", "k_D of the disc"]
 
 
 def test_bodies_that_one_run_did_not_measure_are_left_to_the_others():
-    both, pin = member("both"), member("pin", Truth(K_BALL, 0.0), measured="scar")
+    both, pin = member("both"), member("pin", Truth(K_BALL, 0.0), measured=("scar",))
     assert list(studied([both, pin]).result.laws[0].bodies) == ["pin"]

@@ -18,12 +18,12 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.kinds import Terms, wear_of
 from tribopipe.documents.contact import SlidingPin
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import applied_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_on_disc import groove_alone, pin_on_disc_wear
 from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions, without_unseen_groove
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, SignalDepths, surest
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
@@ -38,11 +38,13 @@ from tribopipe.evaluation.study.verdict import (
     end_of_life,
     volume_curve,
 )
+from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
 from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.input_quantities import Input, Inputs
+from tribopipe.results.run import RawRun
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
@@ -148,8 +150,8 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
 
     Raises ``FitError`` where the run is missing something that the law needs.
     """
-    run, friction = member.corrected.run, member.friction
-    signal = depths_by_signal(member.corrected, recipe)
+    signal, friction = depths_by_signal(member.corrected, recipe), member.friction
+    run = _with_pin_by_signal(member.corrected.run, signal, recipe)
     fit = volume_fit(run, law, friction, recipe, signal)
     if fit is None:
         return None
@@ -164,7 +166,7 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     inputs = dict(fit.inputs)
     for body in fit.bodies:
         inputs |= _parted(body, fit.inputs[volume_of(body)], exact.inputs.get(volume_of(body)))
-    return VolumeRun(member, replace(fit, inputs=inputs), _gains(member, recipe))
+    return VolumeRun(member, replace(fit, inputs=inputs), _gains(run, signal, recipe))
 
 
 def _parted(body: str, whole: Input, own: Input | None) -> dict[str, Input]:
@@ -180,14 +182,23 @@ def _parted(body: str, whole: Input, own: Input | None) -> dict[str, Input]:
     return {volume_of(body): replace(whole, quantity=quantity), scale_of(body): Input(scale, "manifest")}
 
 
-def _gains(member: Member, recipe: Recipe) -> dict[str, float]:
+def _with_pin_by_signal(run: RawRun, signal: SignalDepths, recipe: Recipe) -> RawRun:
+    """Return a run whose pin counts as measured where the depth signal clearly shows its wear next to a groove."""
+    groove = None if signal.pin is None else groove_alone(run, recipe.uncertainty)
+    if groove is None or signal.pin is None or not is_shown(signal.pin, groove.quantity):
+        return run
+    depth = EndValue.model_validate(signal.pin.model_dump(exclude_none=True))
+    ends = run.manifest.end_values.model_copy(update={"pin_wear_depth": depth})
+    return replace(run, manifest=run.manifest.model_copy(update={"end_values": ends}))
+
+
+def _gains(run: RawRun, signal: SignalDepths, recipe: Recipe) -> dict[str, float]:
     """Return for each body by which power of the volume its relative uncertainty decreases in a longer test.
 
     A reading x, as uncertain as it is, of V ∝ xⁿ is so by 1/n: u(V)/V = n·u(x)/x. A volume that was measured as such
     is always as uncertain relative to itself.
     """
-    run = member.corrected.run
-    worn = pin_on_disc_wear(run, without_unseen_groove(recipe.uncertainty)).bodies
+    worn = pin_on_disc_wear(run, without_unseen_groove(recipe.uncertainty), signal=signal).bodies
     best = {run.manifest.sliding_pin.body_name(role): surest(ways, "volume") for role, ways in worn.items()}
     return {body: 0.0 if way is None else _gain(way) for body, way in best.items()}
 
