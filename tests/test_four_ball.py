@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tribopipe.base.errors import ManifestError
+from tribopipe.base.errors import ManifestError, TribopipeError
 from tribopipe.documents.four_ball import FourBall
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
@@ -139,6 +139,45 @@ def test_force_of_an_unknown_lever_is_warned_of(worn):
     assert "balls.csv: friction_force in N is treated as a force at 4.49 mm from the axis" in run.notes
     (found,) = [one for one in check_run(run) if one.code == "friction_lever"]
     assert (found.severity, found.where) == ("warning", "signals")
+
+
+def as_a_force_at_a_lever(folder, source):
+    """Write the friction as a force, N, at a lever of 100 mm, as run.toml has it."""
+    for name, changes in {
+        "balls.csv": {"torque [N*mm]": "force [N]"},
+        "run.toml": {'{ "column" = "torque [N*mm]" }': f"{{ {source} }}"},
+    }.items():
+        text = (folder / name).read_text(encoding="utf-8")
+        for old, new in changes.items():
+            assert old in text
+            text = text.replace(old, new)
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+def test_force_at_a_lever_is_the_torque_that_it_makes(worn):
+    torque = read_run(worn).columns["friction_force"]
+    as_a_force_at_a_lever(worn, 'column = "force [N]", arm = "100 mm"')
+    run = read_run(worn)
+    assert run.columns["friction_force"] == pytest.approx(100 * torque, rel=1e-12)
+    assert not [one for one in check_run(run) if one.code == "friction_lever"]
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ('column = "force [N]", unit = "N*mm", arm = "100 mm"', "a torque for friction_force and a lever arm"),
+        (
+            'column = "force [N]", arm = { value = "100 mm", standard_uncertainty = "1 mm" }',
+            "arm: found a standard uncertainty",
+        ),
+        ('column = "force [N]", arm = "-100 mm"', "arm: found .*; expected a positive"),
+        ('column = "force [N]", arm = "100 N"', "arm"),
+    ],
+)
+def test_levers_that_are_none_are_refused(worn, source, message):
+    as_a_force_at_a_lever(worn, source)
+    with pytest.raises(TribopipeError, match=message):
+        read_run(worn)
 
 
 @pytest.mark.parametrize(("diameter", "found"), [("12.7 mm", 0), ("6.35 mm", 1), ("25.4 mm", 1), ("10 mm", 0)])

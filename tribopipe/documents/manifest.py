@@ -15,6 +15,7 @@ from pydantic import (
     ConfigDict,
     Field,
     SerializerFunctionWrapHandler,
+    field_validator,
     model_serializer,
     model_validator,
 )
@@ -203,12 +204,32 @@ class ColumnSource(Record):
     """Unit of the column; overrides the unit in the file; required if the file contains none."""
 
 
+class SignalSource(ColumnSource):
+    """Column of a file that contains a signal."""
+
+    arm: Length | None = None
+    """Lever arm of the load cell about the axis, such as "150 mm", for a friction_force that is not measured at the
+    contact."""
+
+    @field_validator("arm")
+    @classmethod
+    def _arm_is_exact(cls, arm: Quantity | None) -> Quantity | None:
+        if arm is not None and arm.standard_uncertainty:
+            raise ValueError(
+                "found a standard uncertainty; expected a length alone, since recorded friction forces are treated as "
+                "exact; remove the uncertainty"
+            )
+        return arm
+
+
 def _column_by_name(written: Any) -> Any:
     return {"column": written} if isinstance(written, str) else written
 
 
 Source = Annotated[ColumnSource, BeforeValidator(_column_by_name, json_schema_input_type=str | ColumnSource)]
 """A column by its name, or with its unit."""
+Signal = Annotated[SignalSource, BeforeValidator(_column_by_name, json_schema_input_type=str | SignalSource)]
+"""The same for a signal."""
 
 
 def _inside_run_folder(name: str) -> str:
@@ -257,7 +278,7 @@ class SignalFile(Record):
     """Numbers of the steps to read, if a file contains several; default: all rows form one test."""
     step_column: str | None = Field(default=None, min_length=1)
     """Column with the step numbers, such as "Step"; default: recognized by its name."""
-    columns: dict[SignalName, Source] = Field(default_factory=dict)
+    columns: dict[SignalName, Signal] = Field(default_factory=dict)
     """Signals and their columns; default: recognized by the names of the columns."""
 
     @model_validator(mode="after")
@@ -265,6 +286,16 @@ class SignalFile(Record):
         twice = next((step for step, count in Counter(self.steps).items() if count > 1), None)
         if twice is not None:
             raise ValueError(f"steps: found step {twice} twice; expected each step once; remove one of the two")
+        return self
+
+    @model_validator(mode="after")
+    def _only_friction_has_an_arm(self) -> Self:
+        for name, source in self.columns.items():
+            if source.arm is not None and name != "friction_force":
+                raise ValueError(
+                    f"columns.{name}: found a lever arm, {source.arm.shown('mm')}; expected one only for "
+                    "friction_force; remove arm"
+                )
         return self
 
     @model_validator(mode="after")

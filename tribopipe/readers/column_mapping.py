@@ -14,7 +14,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError, UnitError, did_you_mean
 from tribopipe.base.files import beside, leads_out, read_file
 from tribopipe.base.units import KINDS, is_rotational, is_unit_of, show, to_si
-from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile
+from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile, SignalSource
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of
 from tribopipe.readers.number_fields import remarks
@@ -169,7 +169,7 @@ def hints_of(signals: SignalFile) -> Hints:
     return Hints(signals.encoding, signals.separator, signals.decimal, signals.sheet)
 
 
-Meanings = dict[str, list[tuple[SignalName, ColumnSource | None]]]
+Meanings = dict[str, list[tuple[SignalName, SignalSource | None]]]
 
 
 def meanings_in(table: ReadTable, signals: SignalFile, file: str) -> Meanings:
@@ -212,7 +212,8 @@ def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0, ar
     """Return the signals of a table in SI, and what no signal is made of; so many rows were read ``before`` it.
 
     A rotational speed n that is given for the sliding speed is one on a track of radius R, m: v = 2πR·n. A torque T
-    that is given for the friction force has an arm r: F = T/r.
+    that is given for the friction force has an arm r: F = T/r; so does a force
+    F_m at a lever r_m: T = F_m·r_m.
 
     Raises ``ReaderError`` where a column does not hold what it should.
     """
@@ -222,6 +223,9 @@ def part_of(table: ReadTable, meanings: Meanings, file: str, before: int = 0, ar
             unit = unit_of(column, told) or "1"
             if name == "sliding_speed" and is_rotational(unit):
                 part.columns[name] = _on_track(column, told, file, before, arms.track)
+                continue
+            if told is not None and told.arm is not None:
+                part.columns[name] = _at_contact(column, told, told.arm.value, file, before, arms.friction)
                 continue
             if name == "friction_force" and is_unit_of(unit, "torque"):
                 if told is None and arms.friction is None:
@@ -247,14 +251,35 @@ def _on_track(
     return track_radius * column_in_si(column, told, "sliding_speed", "rotational speed", file, before)
 
 
-def _on_arm(column: ReadColumn, told: ColumnSource | None, file: str, before: int, arm: float | None) -> Column:
+def _on_arm(column: ReadColumn, told: SignalSource | None, file: str, before: int, arm: float | None) -> Column:
     """Return the friction force, N, of a friction torque. Raises ``ReaderError`` where run.toml states no arm."""
+    torque = column_in_si(column, told, "friction_force", "torque", file, before)
+    return torque / _known(arm, column, "torque", file)
+
+
+def _at_contact(
+    column: ReadColumn, told: SignalSource, lever: float, file: str, before: int, arm: float | None
+) -> Column:
+    """Return the friction force, N, of a force at a lever, m.
+
+    Raises ``ReaderError`` for a torque, and where run.toml states no arm of the friction force.
+    """
+    if is_unit_of(unit_of(column, told) or "1", "torque"):
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found a torque for friction_force and a lever arm in run.toml; expected "
+            "a force with a lever arm, or a torque without one; remove arm"
+        )
+    force = column_in_si(column, told, "friction_force", "force", file, before)
+    return force * (lever / _known(arm, column, "force at a lever arm", file))
+
+
+def _known(arm: float | None, column: ReadColumn, what: str, file: str) -> float:
     if arm is None:
         raise ReaderError(
-            f"{file}, column {column.name!r}: found a torque for friction_force but no track radius in run.toml; "
+            f"{file}, column {column.name!r}: found a {what} for friction_force but no track radius in run.toml; "
             'expected a track radius R, since F = T/R; add conditions.track_radius, such as "6 mm"'
         )
-    return column_in_si(column, told, "friction_force", "torque", file, before) / arm
+    return arm
 
 
 def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_ARMS) -> list[str]:
@@ -285,6 +310,7 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
         for column in table.columns
         for name, told in meanings.get(column.name, [])
         if name == "friction_force" and arms.shared and not is_unit_of(unit_of(column, told) or "1", "torque")
+        if told is None or told.arm is None
     ]
     return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights, *torques, *forces)]
 

@@ -247,7 +247,7 @@ def friction_lever(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 "signals",
                 f"found a force with an unknown lever arm: {note}; expected the friction torque",
-                "map the torque, or multiply the force by its lever arm",
+                'state the lever arm of the load cell, friction_force = { column = …, arm = "150 mm" }, or map the torque',
             )
 
 
