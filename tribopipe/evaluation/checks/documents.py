@@ -247,7 +247,7 @@ def friction_lever(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 "signals",
                 f"found a force with an unknown lever arm: {note}; expected the friction torque",
-                'state the lever arm of the load cell, friction_force = { column = …, arm = "150 mm" }, or map the torque',
+                'state its lever arm, friction_force = { column = …, arm = "150 mm" }, or map the torque',
             )
 
 
