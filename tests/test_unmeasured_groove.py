@@ -113,3 +113,14 @@ def test_specific_wear_is_that_of_the_fit():
         rate = getattr(found, body).specific_wear_rate
         assert abs(rate.value - k_d) < 3 * rate.standard_uncertainty < 0.5 * k_d
         assert rate.value == pytest.approx(fit.bodies[body].wear_coefficient.value, rel=0.05)
+
+
+@pytest.mark.parametrize("pair", ["both bodies", "mainly the disc"])
+def test_part_of_the_pin_is_its_own_wear_all_along(pair):
+    truth, raw = both_worn(pair, 6)
+    corrected = correct_drift(raw)
+    work = 5.0 * raw.sliding_distance
+    worn = worn_pair(RADIUS * truth.radius, truth.ball * work, truth.disc * work / (2 * np.pi * 6e-3))
+    end = corrected.correction.pin_wear_depth
+    allowed = 4 * end.standard_uncertainty * worn.ball / worn.ball[-1] + 10 * NOISE
+    assert np.all(np.abs(corrected.pin_wear_depth - worn.ball) < allowed)

@@ -30,7 +30,7 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 1,
-    "drift_correction": 8,
+    "drift_correction": 9,
     "friction_fit": 4,
     "specific_wear": 7,
     "wear_fit": 13,

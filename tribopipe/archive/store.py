@@ -52,7 +52,8 @@ class ArchivedRun(Tabular):
         correction = self.archive.needed_result(self.id, "drift_correction", DriftCorrection)
         step = self.archive.step(self.id, "drift_correction")
         curves = {} if step is None else {name: values for name, (values, _) in step.curves.items()}
-        return CorrectedRun(self.run, correction, curves.get("wear_depth"), curves.get("wander"))
+        names = ("wear_depth", "wander", "pin_wear_depth")
+        return CorrectedRun(self.run, correction, *(curves.get(name) for name in names))
 
     @property
     def friction(self) -> FrictionFit | None:

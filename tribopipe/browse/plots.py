@@ -74,7 +74,7 @@ def raw_run(run: RunFile, *, recorded: bool = False) -> RawRun:
 def corrected_run(run: RunFile) -> CorrectedRun:
     """Return a run with its drift-corrected wear; without wear if drift was not corrected."""
     correction = run.result("drift_correction", DriftCorrection) or DriftCorrection(outcome="uncorrected")
-    return CorrectedRun(raw_run(run), correction, run.curve(CORRECTED), run.curve(WANDER))
+    return CorrectedRun(raw_run(run), correction, *(run.curve(path) for path in (CORRECTED, WANDER, PIN_WEAR)))
 
 
 def wear_curves(run: RunFile, steps: Mapping[str, StepName]) -> list[WearCurves]:

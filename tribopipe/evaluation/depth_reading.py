@@ -24,7 +24,7 @@ from tribopipe.physics.depth_model.block_averages import DepthSamples, steps
 from tribopipe.physics.depth_model.posterior import SCORES, DepthPosterior, DepthReading, KnownTerm, MeasuredDepth
 from tribopipe.physics.depth_model.terms import SETTLING_TIMES
 from tribopipe.physics.pin_on_disc import PinContact
-from tribopipe.physics.pin_on_track import depth_growth
+from tribopipe.physics.pin_on_track import OnTrack, depth_growth
 from tribopipe.results.evaluation import DepthModel
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
@@ -266,13 +266,8 @@ class Groove:
         return depth * depth_growth(self.tip.on_track(self.tip.radius), worn, pin, groove)
 
     def share(self, pin: Column, end_depth: float) -> Column:
-        """Return what share of the groove is worn where the pin is worn to some depths, m.
-
-        By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of
-        the path and by the ratio of coefficients.
-        """
-        contact = self.tip.on_track(self.tip.radius)
-        return np.asarray(contact.middle_slice(pin) / contact.middle_slice(end_depth))
+        """Return what share of the groove is worn where the pin is worn to some depths, m."""
+        return groove_share(self.tip.on_track(self.tip.radius), pin, end_depth)
 
     def pin_by(self, samples: DepthSamples) -> float:
         """Return a first estimate of the depth of the pin, m: as measured, or what the reading shows more."""
@@ -295,6 +290,15 @@ class Groove:
             KnownTerm(samples.nodes.averaged(share), 0.0 if in_course else self.measured.value, spread),
             KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(self.measured.value)),
         )
+
+
+def groove_share(contact: OnTrack, pin: Column, end_depth: float) -> Column:
+    """Return what share of a groove is worn where the pin is worn to some depths, m.
+
+    By Archard's law the groove is as deep as the area that the pin has lost in its middle slice, over the length of the
+    path and by the ratio of coefficients.
+    """
+    return np.asarray(contact.middle_slice(pin) / contact.middle_slice(end_depth))
 
 
 def _measured_depths(

@@ -33,6 +33,7 @@ from tribopipe.evaluation.depth_reading import (
     depth_record,
     disc_course,
     disc_reading,
+    groove_share,
     pin_reading,
     require_samples,
     sensor_scale,
@@ -53,6 +54,8 @@ from tribopipe.results.run import CorrectedRun, RawRun
 _FEWEST_IN_WINDOW = 8
 _LEAST_WEAR = 1e-9
 """Depth, m, whose shape serves where none was measured."""
+_ON_THE_WAY = np.linspace(0.0, 1.0, 401)[1:] ** 2
+"""Shares of the depth of a pin at which its part of the wear of both bodies is calculated."""
 
 
 @dataclass(frozen=True)
@@ -226,7 +229,8 @@ def _by_model(
     # f below the noise of the blocks, or as probable as noise with a short memory, would be noise that is drawn twice.
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
-    return CorrectedRun(run, reworded(correction.model_copy(update=changed), run.manifest.worded), wear, wander)
+    correction = reworded(correction.model_copy(update=changed), run.manifest.worded)
+    return CorrectedRun(run, correction, wear, wander, _part_of_pin(end, wear))
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
@@ -279,4 +283,16 @@ def _two_step(
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
         approach=approach,
     )
-    return CorrectedRun(run, reworded(correction, run.manifest.worded), wear)
+    return CorrectedRun(run, reworded(correction, run.manifest.worded), wear, None, _part_of_pin(end, wear))
+
+
+def _part_of_pin(end: EndWear | DiscEndWear | None, wear: Column) -> Column | None:
+    """Return the pin's part of the wear of both bodies, m, as they wear together; None if the pin was not measured."""
+    if not isinstance(end, EndWear):
+        return None
+    pin, groove = end.pin_depth.value, 0.0 if end.disc is None else end.disc.quantity.value
+    if pin <= 0 or groove <= 0 or not end.tip.widens:
+        return wear * (pin / (pin + groove) if pin + groove else 1.0)
+    depths = pin * _ON_THE_WAY
+    both = depths + groove * groove_share(end.tip.on_track(end.tip.radius), depths, pin)
+    return wear * np.interp(wear, both, depths / both)

@@ -85,13 +85,6 @@ class DriftCorrection(Record):
     findings: tuple[Finding, ...] = ()
     """Findings against the depth signal of two discs; for a pin, see its fits."""
 
-    @property
-    def pin_share(self) -> float:
-        """Pin wear over total wear, by the post-test measurements."""
-        if self.pin_wear_depth is None or self.end_wear_depth is None or not self.end_wear_depth.value:
-            return 1.0
-        return self.pin_wear_depth.value / self.end_wear_depth.value
-
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
             return f"no drift correction: missing {' and '.join(self.missing)}"

@@ -220,18 +220,13 @@ class CorrectedRun(Tabular):
     """Wear of pin and disc at each sample, m; None if the run could not be corrected."""
     wander: Column | None = None
     """Slow component of that wear that is neither wear by Archard's law nor drift, m; None if hidden by noise."""
+    pin_wear_depth: Column | None = None
+    """The pin's part of the wear, m, where pin and disc wear together; None if the pin was not measured."""
 
     @property
     def id(self) -> str:
         """Name of the run."""
         return self.run.id
-
-    @property
-    def pin_wear_depth(self) -> Column | None:
-        """The pin's part of the wear, m: a constant share, by the measurements of pin and disc; none without a pin."""
-        if self.wear_depth is None or self.correction.pin_wear_depth is None:
-            return None
-        return self.wear_depth * self.correction.pin_share
 
     def unit_columns(self) -> dict[str, UnitColumn]:
         """Return the signals of the run, the corrected wear, the pin's part of it and its wander, as far as known."""
