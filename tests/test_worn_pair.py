@@ -11,8 +11,8 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.evaluation.measurements.worn_pair import SignalDepths
 from tribopipe.physics.pin_on_track import FlatOnTrack, SphereOnTrack
 from tribopipe.physics.stroke_ends import Stroke
 

@@ -9,8 +9,9 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear, disc_end_wear, disc_totals, twin_disc_wear
-from tribopipe.evaluation.measurements.worn_pair import SignalDepths, WornBodies
+from tribopipe.evaluation.measurements.worn_pair import WornBodies
 from tribopipe.results.run import RawRun
 
 

@@ -13,7 +13,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_notes, pin_values, tip_radius
-from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
+from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths, combined
 from tribopipe.evaluation.measurements.worn_pair import (
     APPROACHES,
     BY_SIGNAL,
@@ -21,7 +21,6 @@ from tribopipe.evaluation.measurements.worn_pair import (
     VOLUMES,
     WIDTHS,
     BodyWear,
-    SignalDepths,
     SlidingPath,
     WornBodies,
     WornPair,

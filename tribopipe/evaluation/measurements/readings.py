@@ -6,7 +6,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,17 @@ _NODES = ((math.sqrt(3), 1 / 6),)
 """Nodes of Gauss–Hermite quadrature above the best value, in standard uncertainties, and their weights."""
 _NODES_AT_ZERO = tuple((math.sqrt(5 + side * math.sqrt(10)), (7 - side * 2 * math.sqrt(10)) / 60) for side in (-1, 1))
 """Nodes of a value of zero, where the volume of a scar goes with the fourth power of its size."""
+
+
+class SignalDepths(NamedTuple):
+    """Wear depths, m, that only the depth signal of a test gives."""
+
+    pin: Quantity | None = None
+    """That of a pin that was not measured: the shape of a groove depends on it."""
+    pin_is_certain: bool = False
+    """Whether that is wear beyond doubt, next to a groove that was measured."""
+    both: Quantity | None = None
+    """That of both bodies next to a pin that was measured, where the signal shows a groove that was not."""
 
 
 def combined(function: Callable[..., float], given: Sequence[Quantity], unit: str) -> Quantity:

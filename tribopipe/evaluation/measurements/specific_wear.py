@@ -27,9 +27,9 @@ from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.load_and_friction import contact_load, load_path, load_share, recorded_load
 from tribopipe.evaluation.measurements.kinds import measurements_of
-from tribopipe.evaluation.measurements.readings import combined
+from tribopipe.evaluation.measurements.readings import SignalDepths, combined
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, SignalDepths, surest
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.results.finding import reworded
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun

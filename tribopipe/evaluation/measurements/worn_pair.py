@@ -53,15 +53,6 @@ VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss", DISC_DIFFERENCE)
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 
 
-class SignalDepths(NamedTuple):
-    """Wear depths, m, that only the depth signal of a test gives."""
-
-    pin: Quantity | None = None
-    """That of a pin that was not measured: the shape of a groove depends on it."""
-    both: Quantity | None = None
-    """That of both bodies next to a pin that was measured, where the signal shows a groove that was not."""
-
-
 @dataclass(frozen=True)
 class SlidingPath:
     """Path of a pin on its disc."""

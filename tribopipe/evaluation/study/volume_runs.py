@@ -21,9 +21,10 @@ from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import applied_load
-from tribopipe.evaluation.measurements.pin_on_disc import groove_alone, pin_on_disc_wear
+from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions, without_unseen_groove
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, SignalDepths, surest
+from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.evaluation.study.member import Member
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
@@ -38,7 +39,6 @@ from tribopipe.evaluation.study.verdict import (
     end_of_life,
     volume_curve,
 )
-from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
 from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
 from tribopipe.evaluation.wear.problem import depths_by_signal
@@ -151,7 +151,7 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     Raises ``FitError`` where the run is missing something that the law needs.
     """
     signal, friction = depths_by_signal(member.corrected, recipe), member.friction
-    run = _with_pin_by_signal(member.corrected.run, signal, recipe)
+    run = _with_pin_by_signal(member.corrected.run, signal)
     fit = volume_fit(run, law, friction, recipe, signal)
     if fit is None:
         return None
@@ -182,10 +182,9 @@ def _parted(body: str, whole: Input, own: Input | None) -> dict[str, Input]:
     return {volume_of(body): replace(whole, quantity=quantity), scale_of(body): Input(scale, "manifest")}
 
 
-def _with_pin_by_signal(run: RawRun, signal: SignalDepths, recipe: Recipe) -> RawRun:
+def _with_pin_by_signal(run: RawRun, signal: SignalDepths) -> RawRun:
     """Return a run whose pin counts as measured where the depth signal clearly shows its wear next to a groove."""
-    groove = None if signal.pin is None else groove_alone(run, recipe.uncertainty)
-    if groove is None or signal.pin is None or not is_shown(signal.pin, groove.quantity):
+    if signal.pin is None or not signal.pin_is_certain:
         return run
     depth = EndValue.model_validate(signal.pin.model_dump(exclude_none=True))
     ends = run.manifest.end_values.model_copy(update={"pin_wear_depth": depth})

@@ -17,9 +17,10 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.sliding_distance import told_by
 from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
-from tribopipe.evaluation.measurements.worn_pair import SignalDepths, surest
+from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.findings import unseen_groove
 from tribopipe.evaluation.wear.inputs import (
     distance_scale,

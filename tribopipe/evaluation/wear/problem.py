@@ -26,8 +26,7 @@ from tribopipe.evaluation.depth_reading import engine_of, remountings, sensor_sc
 from tribopipe.evaluation.drift import SensorTrace, read_trace
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.measurements.readings import EndValueUsed
-from tribopipe.evaluation.measurements.worn_pair import SignalDepths
+from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths
 from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
@@ -498,7 +497,10 @@ def depths_by_signal(corrected: CorrectedRun, recipe: Recipe) -> SignalDepths:
     if corrected.run.manifest.pin is None or end_wear(corrected.run, recipe.uncertainty) is not None:
         return SignalDepths(both=both)
     read = end_by_reading(corrected, recipe)
-    return SignalDepths(pin=None if read is None else read.pin_depth)
+    if read is None:
+        return SignalDepths()
+    certain = read.disc is not None and is_shown(read.pin_depth, read.disc.quantity)
+    return SignalDepths(read.pin_depth, pin_is_certain=certain)
 
 
 def unseen_groove_input(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
