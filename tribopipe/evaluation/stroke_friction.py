@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.preprocessing import StrokeMethod, StrokeWiseFriction, UnloadedFriction
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.derived_columns import coefficient
-from tribopipe.evaluation.preprocessing.strokes import Stroke, stroke_values, whole_strokes
+from tribopipe.evaluation.preprocessing.strokes import Parts, Stroke, stroke_values, whole_strokes
 from tribopipe.results.evaluation import StrokeFriction
 from tribopipe.results.run import RawRun
 
@@ -41,15 +41,18 @@ def stroke_friction(run: RawRun) -> StrokeFriction | None:
     if not values["half-difference"]:
         return None
     paired = [*values["half-difference"]]
-    parts = [signed[one.start : one.end] for one in paired]
+    whole_parts, directions = Parts([one.whole for one in paired]), np.array([one.direction for one in paired])
+    friction = signed[whole_parts.sample]
+    peaks = np.full(len(paired), -np.inf)
+    np.fmax.at(peaks, whole_parts.part, np.abs(friction))
     return StrokeFriction(
         used=next((method for method in _METHODS if _given_by(mu, values[method])), None),
-        half_difference=_ratio([*values["half-difference"].values()]),
-        middle_of_stroke=_ratio([*values["middle-of-stroke"].values()]),
-        loop_energy=_ratio([one.direction * float(np.nanmean(part)) for one, part in zip(paired, parts, strict=True)]),
-        root_mean_square=_ratio([float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))]),
-        peak=_ratio([float(np.nanmax(np.abs(part))) for part in parts]),
-        offset=_ratio([float(np.nanmean(signed[one.middle(_MIDDLE)])) for one in paired]),
+        half_difference=_ratio(np.array([*values["half-difference"].values()])),
+        middle_of_stroke=_ratio(np.array([*values["middle-of-stroke"].values()])),
+        loop_energy=_ratio(directions * whole_parts.means(signed)),
+        root_mean_square=_ratio(np.sqrt(np.nanmean(friction**2))),
+        peak=_ratio(peaks),
+        offset=_ratio(Parts([one.middle(_MIDDLE) for one in paired]).means(signed)),
     )
 
 
@@ -61,15 +64,14 @@ def _under_load(run: RawRun) -> Column:
     return signed if load is None else np.where(load >= least, signed, np.nan)
 
 
-def _ratio(values: list[float]) -> Quantity:
+def _ratio(values: Numbers) -> Quantity:
     return Quantity(value=float(np.mean(values)), unit="1")
 
 
 def _given_by(mu: Column, values: dict[Stroke, float]) -> bool:
     """Return whether the coefficient of most strokes is that of a definition."""
-    taken = [mu[one.start : one.end] for one in values]
-    same = [
-        np.allclose(some[np.isfinite(some)], value, rtol=1e-12)
-        for some, value in zip(taken, values.values(), strict=True)
-    ]
-    return bool(np.mean(same) > _MOST and np.any(np.isfinite(mu)))
+    parts, own = Parts([one.whole for one in values]), np.array([*values.values()])
+    taken = mu[parts.sample]
+    other = np.isfinite(taken) & ~np.isclose(taken, own[parts.part], rtol=1e-12)
+    differing = np.unique(parts.part[other])
+    return bool(1 - len(differing) / parts.count > _MOST and np.any(np.isfinite(mu)))

@@ -8,7 +8,7 @@ whatever the contact does at rest. A stroke's coefficient is taken over its midd
   a tilt of the specimen cancel.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,10 +35,36 @@ class Stroke(NamedTuple):
     end: int
     direction: float
 
+    @property
+    def whole(self) -> slice:
+        """All of its samples."""
+        return slice(self.start, self.end)
+
     def middle(self, share: float) -> slice:
         """Return the samples of its middle part."""
         trimmed = round((self.end - self.start) * (1 - share) / 2)
         return slice(self.start + trimmed, max(self.end - trimmed, self.start + trimmed + 1))
+
+
+class Parts:
+    """Samples of several strokes, or of their middles, one after the other: there may be thousands."""
+
+    def __init__(self, parts: Sequence[slice]) -> None:
+        self.count = len(parts)
+        starts, ends = (np.array([getattr(part, edge) for part in parts], dtype=int) for edge in ("start", "stop"))
+        self.part = np.repeat(np.arange(self.count), ends - starts)
+        """Number of the part that a sample is in."""
+        before = np.cumsum(ends - starts) - (ends - starts)
+        self.sample = np.arange(len(self.part)) + (starts - before)[self.part]
+        """Its place in the recording."""
+
+    def means(self, values: Column) -> Column:
+        """Return the mean of the finite values of each part; NaN where there is none."""
+        seen = np.isfinite(values[self.sample])
+        part, seen_values = self.part[seen], values[self.sample[seen]]
+        counts = np.bincount(part, minlength=self.count)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.bincount(part, seen_values, self.count) / counts)
 
 
 def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
@@ -100,10 +126,10 @@ def stroke_values(
     signed: Column, strokes: list[Stroke], share: float, method: StrokeMethod
 ) -> Iterator[tuple[Stroke, float]]:
     """Yield the coefficient of each stroke; of two that follow each other the same one by half-difference."""
-    parts = [signed[stroke.middle(share)] for stroke in strokes]
+    parts = Parts([stroke.middle(share) for stroke in strokes])
+    means = parts.means(np.abs(signed) if method == "middle-of-stroke" else signed).tolist()
     if method == "middle-of-stroke":
-        for stroke, part in zip(strokes, parts, strict=True):
-            yield stroke, _mean(np.abs(part))
+        yield from zip(strokes, means, strict=True)
         return
     number = 0
     while number + 1 < len(strokes):
@@ -111,11 +137,6 @@ def stroke_values(
         if forth.end != back.start:
             number += 1
             continue
-        value = abs(_mean(parts[number]) - _mean(parts[number + 1])) / 2
+        value = abs(means[number] - means[number + 1]) / 2
         yield from ((forth, value), (back, value))
         number += 2
-
-
-def _mean(values: Column) -> float:
-    seen = values[np.isfinite(values)]
-    return float(np.mean(seen)) if len(seen) else np.nan
