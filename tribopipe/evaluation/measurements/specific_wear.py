@@ -64,7 +64,7 @@ class _Line(NamedTuple):
 
 def interval_wear(run: RawRun, recipe: Recipe, body: str) -> dict[str, Any]:
     """Return intervals and steady rate of a body, as fields of ``BodyWearRate``; nothing of a test in one piece."""
-    lost = _measured(run, recipe.uncertainty, body)
+    lost = _measured(run, recipe.uncertainty, body) if run.manifest.interruptions else []
     if len(lost) <= 1:
         return {}
     points = [_Lost(0.0, 0.0, 0.0, 0.0), *lost]
