@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from sweeps import others_slow
@@ -30,10 +31,18 @@ def test_help_needs_nothing_heavy(arguments):
 
 
 def test_what_is_heavy_is_seen():
-    assert heavy_modules_after("import tribopipe.base.units; tribopipe.base.units.parse('1 mm', 'length')") >= {
+    assert heavy_modules_after("import tribopipe.base.units; tribopipe.base.units.parse('1 ft', 'length')") >= {
         "numpy",
         "pint",
     }
+
+
+@pytest.mark.parametrize("sample", others_slow(["wc-co-water-400mN", "steel-four-ball-147N", "peek-block-on-ring-50N"]))
+def test_a_run_in_ordinary_units_is_read_without_pint(sample):
+    folder = Path(__file__).parents[1] / "sample_runs" / sample
+    assert "pint" not in heavy_modules_after(
+        f"from tribopipe.readers.harmonize import read_run; read_run({str(folder)!r})"
+    )
 
 
 def test_public_names_are_all_there():

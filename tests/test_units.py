@@ -12,8 +12,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tribopipe.base.errors import UnitError
+from tribopipe.base.ordinary_units import ORDINARY
 from tribopipe.base.units import (
     KINDS,
+    _by_pint,
+    _cleaned,
+    _unit,
     from_si,
     interval_from_si,
     is_unit,
@@ -340,3 +344,17 @@ def test_both_ends_of_an_interval_can_be_read_back(low, ratio):
     assert 0 < read[0] < read[1]
     assert read == pytest.approx([low, high], abs=0.02 * (high - low))
     assert len({len(end.partition(".")[2]) for end in found.groups()[:2]}) == 1
+
+
+# --- ordinary units, read without pint ---
+
+
+@pytest.mark.parametrize("unit", ORDINARY)
+def test_ordinary_units_are_what_pint_makes_of_them(unit):
+    assert _cleaned(unit) == unit
+    assert _unit(unit) == _by_pint(unit)
+
+
+@pytest.mark.parametrize("kind", KINDS.values())
+def test_every_kind_is_read_in_ordinary_units(kind):
+    assert {_cleaned(kind.si), _cleaned(kind.shown)} <= {*ORDINARY, "1"}

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.errors import UnitError
+from tribopipe.base.ordinary_units import OFFSETS, ORDINARY
 
 Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
@@ -146,7 +147,8 @@ def _registry() -> Any:
 class _Unit(NamedTuple):
     """A unit against the SI unit of its dimension: SI = slope × value + offset, to the last digit."""
 
-    dimension: Any
+    dimension: str
+    """Powers of the base dimensions, in their order."""
     slope: Decimal
     offset: Decimal
 
@@ -170,9 +172,16 @@ def _unit(text: str) -> _Unit:
     """Read a unit; ``ValueError`` where the text is none."""
     cleaned = _cleaned(text)
     if cleaned in ("", "1", "-"):
-        return _Unit(_registry().dimensionless.dimensionality, Decimal(1), Decimal(0))
+        return _Unit("", Decimal(1), Decimal(0))
+    if cleaned in ORDINARY:
+        dimension, slope = ORDINARY[cleaned]
+        return _Unit(dimension, Decimal(slope), Decimal(OFFSETS.get(cleaned, 0)))
     if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
         raise ValueError("too long for a unit, or contains characters that do not occur in units")
+    return _by_pint(cleaned)
+
+
+def _by_pint(cleaned: str) -> _Unit:
     registry = _registry()
     try:
         unit = registry.parse_units(cleaned)
@@ -181,7 +190,8 @@ def _unit(text: str) -> _Unit:
         raise ValueError(str(error)) from error
     if zero.magnitude and unit.dimensionality != registry.kelvin.dimensionality:
         raise ValueError("a logarithm")  # only a temperature is slope × value + offset with an offset
-    return _Unit(unit.dimensionality, one.magnitude - zero.magnitude, zero.magnitude)
+    dimension = " ".join(f"{name}^{float(power):g}" for name, power in sorted(unit.dimensionality.items()))
+    return _Unit(dimension, one.magnitude - zero.magnitude, zero.magnitude)
 
 
 def is_unit(text: str) -> bool:
