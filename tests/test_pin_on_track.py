@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from end_value_runs import RADIUS, groove
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -111,6 +111,23 @@ def test_limits_are_the_cap_and_the_segment():
     ground = SphereOnTrack(RADIUS, 60 * UM).at_depths(5 * UM, 0.0)
     lost = worn_volume(depth=5 * UM, sphere_radius=RADIUS, flat_radius=60 * UM)
     assert float(ground.pin_volume) == pytest.approx(float(lost), rel=1e-10)
+
+
+@given(st.floats(-8, -3.5), st.floats(-4, -2), st.sampled_from([0.0, 1e-16]))
+def test_a_body_that_hardly_wears_leaves_the_other_one_its_own_shape(power, size, little):
+    """κ → 0: the cap of a ball on a plane; κ → ∞: the segment that a ball cuts. By hand, on balls of any size."""
+    depth, radius = 10**power, 10**size
+    assume(depth < 0.5 * radius)
+    cap, half = math.pi * depth**2 * (3 * radius - depth) / 3, math.sqrt(depth * (2 * radius - depth))
+    angle = math.asin(half / radius)
+    # Half an angle less its sine, by the series where the difference would be lost.
+    series = sum((-1) ** (n + 1) * (2 * angle) ** (2 * n + 1) / math.factorial(2 * n + 1) for n in range(1, 18))
+    segment, tip = radius**2 / 2 * series, SphereOnTrack(radius)
+    on_plane, cut = tip.worn(cap, little * segment), tip.worn(little * cap, segment)
+    assert float(on_plane.pin_depth) == pytest.approx(depth, rel=1e-9)
+    assert float(on_plane.half_width) == pytest.approx(half, rel=1e-9)
+    assert float(cut.approach) == pytest.approx(depth, rel=1e-9)
+    assert float(cut.half_width) == pytest.approx(half, rel=1e-9)
 
 
 @pytest.mark.parametrize("pin", [SphereOnTrack(RADIUS), SphereOnTrack(RADIUS, 60 * UM), FlatOnTrack(RADIUS)])
