@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_simpson
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from independent.noise import Column
@@ -180,36 +181,36 @@ def worn_pair(radius: float, ball: Column, section: Column) -> WornPair:
 
     A ball that loses nothing leaves a segment of its own circle.
     """
-    depths = radius * np.geomspace(1e-8, 0.3, 160)
     if not ball[-1]:
+        depths = radius * np.geomspace(1e-8, 0.3, 160)
         return WornPair(np.zeros_like(ball), np.interp(section, _segment(radius, depths), depths))
+    # A groove only makes the approach deeper at which a ball has lost a volume.
+    least = np.sqrt(np.min(ball[ball > 0]) / (np.pi * radius)) / (2 * radius)
+    depths = radius * np.geomspace(least, 0.3, round(21 * np.log10(0.3 / least)) + 2)
     kappa = section[-1] / ball[-1]
-    volumes = np.array([_lost(radius, kappa, depth) for depth in depths.tolist()])
-    both = np.exp(np.interp(np.log(np.maximum(ball, 1e-40)), np.log(volumes), np.log(depths)))
-    of_ball = np.array([_level(radius, kappa, depth) for depth in both.tolist()])
+    volumes = _lost(radius, kappa, depths)
+    both = np.exp(CubicSpline(np.log(volumes), np.log(depths))(np.log(np.maximum(ball, volumes[0]))))
+    of_ball = _level(radius, np.zeros_like(both), kappa, both)
     return WornPair(np.where(ball > 0, of_ball, 0.0), np.where(ball > 0, both - of_ball, 0.0))
 
 
-def _level(radius: float, kappa: float, approach: float) -> float:
-    """Return how deep a ball is worn in its middle slice."""
-    return float(brentq(lambda w: w + kappa * float(_segment(radius, w)) - approach, 0.0, approach))
-
-
-def _lost(radius: float, kappa: float, approach: float) -> float:
-    """Return the volume that a ball has lost, m³.
-
-    Each slice at x, a circle of the radius ρ, ρ² = R² − x², wears to a level w below the ball's lowest point with
-    w + κ·A(w) = D, by bisection.
-    """
-    width = np.sqrt(approach * (2 * radius - approach))
-    x = _SLICES * width
-    rho, lowest = np.sqrt(radius**2 - x**2), radius - np.sqrt(radius**2 - x**2)
-    low, high = lowest.copy(), np.full_like(x, approach)
+def _level(rho: Column | float, lowest: Column, kappa: float, approach: Column) -> Column:
+    """Return how deep slices are worn, circles of radius ρ: the level w with w + κ·A(w) = D, by bisection."""
+    low, high = lowest.copy(), np.broadcast_to(approach, lowest.shape).copy()
     for _ in range(50):
         level = (low + high) / 2
         over = level + kappa * _segment(rho, level - lowest) > approach
         low, high = np.where(over, low, level), np.where(over, level, high)
-    return float(2 * np.sum(_segment(rho, level - lowest)) * width / len(x))
+    return level
+
+
+def _lost(radius: float, kappa: float, approach: Column) -> Column:
+    """Return the volumes that a ball has lost, m³: each slice at x is a circle of the radius ρ, ρ² = R² − x²."""
+    width = np.sqrt(approach * (2 * radius - approach))
+    rho = np.sqrt(radius**2 - np.outer(width, _SLICES) ** 2)
+    lowest = radius - rho
+    level = _level(rho, lowest, kappa, approach[:, None])
+    return np.asarray(2 * np.sum(_segment(rho, level - lowest), axis=1) * width / len(_SLICES))
 
 
 def _segment(radius: Column | float, height: Column | float) -> Column:
