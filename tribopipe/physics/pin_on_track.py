@@ -31,6 +31,8 @@ SHAPE_LEAST, SHAPE_MOST = 3 * np.pi / 16, 2 / 3
 """Cross-section of a shallow groove of a sphere over depth times width: little wear of the track; of the pin."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _MOST_ITERATIONS = 80
+_FAR_OFF = 0.03
+"""Share of its loss that the middle slice of a pin has at a first estimate, below which another one is taken."""
 _EXACT = 1e-13
 _CONVERGED = 1e-9
 """Relative step after which a root that converges faster than linearly is exact."""
@@ -204,7 +206,14 @@ class SphereOnTrack(OnTrack):
         """
         groove = np.minimum(_plain(groove_area, _floats(self.radius)), self.most / 2)
         wide = np.maximum(self.half_width_at(groove), self.flat_radius)
-        return worn_depth(volume=pin_volume, sphere_radius=self.radius, flat_radius=wide)
+        about, alone = (
+            worn_depth(volume=pin_volume, sphere_radius=self.radius, flat_radius=flat)
+            for flat in (wide, self.flat_radius)
+        )
+        # A pin that hardly wears loses in its middle slice what is in proportion to the depth of the groove.
+        lost = np.divide(groove * pin_volume, groove_area, out=np.zeros_like(about), where=groove_area > 0)
+        least = np.minimum(_plain(lost, _floats(self.radius)), alone)
+        return np.where(self.middle_slice(about) < _FAR_OFF * self.middle_slice(least), least, about)
 
     def groove_depth_at(self, groove_area: ArrayLike, pin_depth: ArrayLike) -> Array:
         """Return the depth, m, of a groove with this cross-section, m², under a pin worn by a depth, m."""
