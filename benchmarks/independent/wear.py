@@ -162,10 +162,10 @@ def scar_outline(radius: float, kappa: float, ball_volume: float) -> Outline:
     """
 
     def lost(approach: float) -> float:
-        return _lost(radius, kappa, approach)
+        return float(_lost(radius, kappa, np.array([approach]))[0])
 
     approach = float(brentq(lambda d: lost(d) - ball_volume, 1e-9, 0.5 * radius, xtol=1e-13))
-    middle = _level(radius, kappa, approach)
+    middle = float(_level(radius, np.zeros(1), kappa, np.array([approach]))[0])
     return Outline(*(float(np.sqrt(depth * (2 * radius - depth))) for depth in (middle, approach)))
 
 
