@@ -9,13 +9,14 @@ from test_identify import CASES, record
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import MonteCarloRecipe, Recipe, WearRecipe
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
+from tribopipe.evaluation.study.k_d_along_test import effective_coefficient
 from tribopipe.evaluation.study.member import Member, RunDraws
 from tribopipe.evaluation.study.recorded_runs import compare, life_of_pin
 from tribopipe.evaluation.study.verdict import Comparison, decide
@@ -30,6 +31,7 @@ LIGHT, MIDDLE, HEAVY = "si3n4-air-200mN", "si3n4-air-400mN", "si3n4-air-800mN"
 CARBIDE = tuple(f"wc-co-water-{load}mN" for load in (400, 800, 1200, 1600))
 LAWS = ("archard", "sarkar")
 SLOW = {"sampling_rate": Quantity(value=2.0, unit="1/s")}
+GROOVE = {"value": 40e-6, "unit": "m", "standard_uncertainty": 1e-6}
 
 
 def member_of(raw: RawRun) -> Member:
@@ -432,6 +434,27 @@ def test_end_of_life_by_archard_is_volume_over_k_d_and_load(nitride):
         # k_D and load by themselves leave it this uncertain.
         low, high = (end.value for end in one.end_of_life.interval)
         assert (high - low) / expected >= 0.9 * 2 * 1.96 * best.standard_uncertainty / best.value * (one.id != LIGHT)
+
+
+@pytest.mark.parametrize("engine", ["giwm", "volume"])
+def test_end_of_life_next_to_a_deep_groove_is_where_the_law_reaches_the_depth(members, engine):
+    recipe = Recipe(wear=WearRecipe(engine=engine))
+    raw = members[LIGHT].corrected.run
+    ends = {**raw.manifest.end_values.model_dump(exclude_none=True), "disc_wear_depth": GROOVE}
+    posed = member_of(edited(raw, end_values=EndValues.model_validate(ends))).pose("archard", recipe)
+    draws = posed.draw(np.random.default_rng(4), 400, {})
+    for part in (0.3, 1.0):
+        place = np.array([part * posed.problem.trace.slid])
+        reached = posed.problem.depth(posed.coefficient, posed.problem.values, place)[0]
+        life = life_of_pin(draws, np.full(400, posed.coefficient), reached)
+        assert life.place.value == pytest.approx(place[0], rel=0.01)
+
+
+def test_effective_k_d_next_to_a_deep_groove_is_about_that_of_the_run(members):
+    raw = members[LIGHT].corrected.run
+    ends = {**raw.manifest.end_values.model_dump(exclude_none=True), "disc_wear_depth": GROOVE}
+    posed = member_of(edited(raw, end_values=EndValues.model_validate(ends))).pose("archard", Recipe())
+    assert np.mean(effective_coefficient(posed).coefficient) == pytest.approx(posed.coefficient, rel=0.1)
 
 
 def test_end_of_life_comes_only_where_it_is_wanted(carbide):

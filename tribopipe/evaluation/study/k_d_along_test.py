@@ -4,9 +4,9 @@ By Archard's law the worn volume grows as dV = k·F_N·ds, whatever the contact.
 
 k_eff = [V(h₂) − V(h₁)] / [F_N·(s₂ − s₁)]
 
-with V(h) the pin's exact volume at a measured depth: no derivative is taken and no pressure estimated. Sarkar's law
-gives k_eff = k_D·√(1 + 3μ²). Windows are of about equal wear, several pooled stretches wide; that is the smoothing,
-and its bias is what the same windows make of Sarkar's own curve.
+with V(h) the pin's exact volume at a measured depth, next to the groove of the disc: no derivative is taken and no
+pressure estimated. Sarkar's law gives k_eff = k_D·√(1 + 3μ²). Windows are of about equal wear, several pooled stretches
+wide; that is the smoothing, and its bias is what the same windows make of Sarkar's own curve.
 """
 
 from collections.abc import Callable
@@ -68,9 +68,9 @@ def effective_coefficient(run: PosedRun, seed: int = 1) -> EffectiveCoefficient 
 
 def _slopes(run: PosedRun, depth: Column, values: dict[str, float] | dict[str, Column]) -> Column:
     problem = run.problem
-    # Noise about the very start may read as wear below zero.
-    volume = problem.pin(values).volume(np.maximum(depth, 0.0))
     distance = run.places[np.arange(0, len(run.places) - 1, _STRETCHES)]
+    # Noise about the very start may read as wear below zero.
+    volume = problem.volume(np.maximum(depth, 0.0), values, distance)
     scale = distance_scale(values, problem.values)
     return np.asarray(np.diff(volume, axis=-1) / (values["normal_load"] * scale * np.diff(distance)))
 

@@ -279,9 +279,9 @@ def compare(draws: RunDraws, coefficient: float, coefficients: Column) -> Compar
 def life_of_pin(draws: RunDraws, coefficients: Column, depth: float) -> EndOfLife | None:
     """Return where a pin reaches a depth, m. Raises ``ContactError`` for a depth past the tip."""
     problem, values = draws.run.problem, draws.values
-    volume = problem.pin(values).volume(depth) / values["normal_load"]
     wearing = (coefficients > 0)[:, None]
-    wanted = np.where(wearing, volume / np.where(wearing, coefficients[:, None], 1.0), np.nan)
+    reached = problem.effective_to(depth, np.where(wearing, coefficients[:, None], 1.0), values)
+    wanted = np.where(wearing, reached, np.nan)
     return end_of_life(depth, wanted, lambda reached: problem.effective_distance(values, reached), "m")
 
 

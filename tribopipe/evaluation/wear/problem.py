@@ -72,6 +72,8 @@ _TRIANGULAR = math.sqrt(6)
 """Width of a triangular distribution that is highest at one end, over its root mean square about that end."""
 _NEGLIGIBLE = 1e-3
 """Relative uncertainty of k_D by the contact pressure that is left out."""
+_TURNS = 4
+"""Turns in which a distance and the factor of a growing groove, which changes slowly with it, are found."""
 
 
 @dataclass(frozen=True)
@@ -137,14 +139,29 @@ class WearProblem:
         deep = self.pin(values).worn(coefficient * self.unit_volume(values, distance)).depth
         return deep * self._grown(self.distance if distance is None else distance)
 
-    def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
-        """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear.
+    def volume(self, depth: Column, values: Values, distance: Column) -> Column:
+        """Return the volume, m³, that the pin has lost at these depths, m, after these distances, m."""
+        return self.pin(values).volume(depth / self._grown(distance)) * self._on_plane(values)
 
-        On a disc that does, the pin has lost more at the same depth (tribopipe.physics.pin_on_track), and on one that
-        nobody looked at it may have. By another distribution of the contact pressure it has lost less.
+    def effective_to(self, depth: float, coefficient: Column, values: Values) -> Column:
+        """Return the effective distance, m, after which the pin is worn by a depth, m, for a k_D in m²/N."""
+        pin, per_volume = self.pin(values), self._on_plane(values) / (coefficient * values["normal_load"])
+        reached = np.asarray(pin.volume(depth) * per_volume)
+        for _ in range(_TURNS):
+            reached = np.asarray(pin.volume(depth / self._grown_after(reached)) * per_volume)
+        return reached
+
+    def unit_volume(self, values: Values, distance: Column | None = None) -> Column:
+        """Return the volume worn at k_D = 1, F_N·S(s), as that of a pin on a disc that does not wear."""
+        return values["normal_load"] * self.effective_distance(values, distance) / self._on_plane(values)
+
+    def _on_plane(self, values: Values) -> Numbers:
+        """Return the volume that the pin has lost over what it would have lost at this depth on an unworn disc.
+
+        On a disc that wears the pin has lost more, and on one that nobody looked at it may have. By another
+        distribution of the contact pressure it has lost less.
         """
-        on_plane = self._groove_growth(values) * values.get("unseen_groove", 1.0) * values.get(PRESSURE, 1.0)
-        return values["normal_load"] * self.effective_distance(values, distance) / on_plane
+        return self._groove_growth(values) * values.get("unseen_groove", 1.0) * values.get(PRESSURE, 1.0)
 
     def _groove_growth(self, values: Values) -> Numbers:
         ratio = self._depth_ratio(values)
@@ -166,12 +183,15 @@ class WearProblem:
 
     def _grown(self, distance: Column) -> Numbers:
         """Return by what factor the pin was deeper on its way, while the groove was shallower than at the end."""
+        return self._grown_after(self.effective_distance(self.values, distance))
+
+    def _grown_after(self, effective: Column) -> Numbers:
         ratio = float(self._depth_ratio(self.values))
         if not ratio:
             return 1.0
         whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
         tip, depth = self.end.tip.on_track(self.end.tip.radius), self.end.pin_depth.value
-        return depth_growth(tip, self.effective_distance(self.values, distance) / whole, depth, ratio * depth)
+        return depth_growth(tip, effective / whole, depth, ratio * depth)
 
     def _depth_ratio(self, values: Values) -> Numbers:
         """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
