@@ -64,6 +64,16 @@ def test_every_way_of_measuring_the_pin_tells_its_depth_and_volume(way, shape):
     assert wear.grown(2 * depth).pin_depth.value == pytest.approx(2 * depth, rel=2 * near)
 
 
+@pytest.mark.parametrize(("way", "power"), [("pin_wear_volume", 1), ("pin_mass_loss", 0), ("pin_wear_depth", 0)])
+def test_volume_is_as_uncertain_in_a_longer_test_relative_to_itself(way, power):
+    wear = end_wear(measured(way, "spherical", 5e-6, 0.01), DEFAULTS)
+    longer = wear.grown(2 * wear.pin_depth.value)
+    times = longer.pin.quantity.value / wear.pin.quantity.value
+    assert longer.pin.quantity.standard_uncertainty == pytest.approx(
+        times**power * wear.pin.quantity.standard_uncertainty
+    )
+
+
 @pytest.mark.parametrize(("way", "shape"), WAYS_AND_SHAPES)
 def test_depth_of_many_draws_is_that_of_each(way, shape):
     wear = end_wear(measured(way, shape, 5e-6, 0.01), DEFAULTS)

@@ -234,6 +234,11 @@ def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     assert (plan.sliding_distance is None) == (power == 0)
 
 
+def test_cross_section_is_as_uncertain_in_a_longer_test_relative_to_itself():
+    run = posed(member("one", disc_track_area=si(2e-10, "m^2", 2e-11)), "archard", QUICK)
+    assert run.gains["disc"] == 0.0
+
+
 def test_a_groove_that_nobody_measured_is_there_in_every_run_and_after_any_time():
     scar = {"pin_scar_diameter": si(0.2e-3, "m", 2e-6)}
     one = posed(member("one", load_share=0.0, **scar), "archard", QUICK)

@@ -53,11 +53,18 @@ class EndWear:
         return self.tip.depth(self.pin, end_value, pin_radius)
 
     def grown(self, depth: float) -> "EndWear":
-        """Return the post-test measurements of a pin worn to another depth, m; the disc's in proportion."""
+        """Return the post-test measurements of a pin worn to another depth, m; the disc's in proportion.
+
+        They are as uncertain as they are, but for a volume, which is as uncertain relative to itself.
+        """
         disc = self.disc
         if disc is not None:
             disc = _with_value(disc, disc.quantity.value * depth / self.pin_depth.value)
-        return replace(self, pin=_with_value(self.pin, self.tip.value(self.pin, depth)), disc=disc)
+        pin = _with_value(self.pin, self.tip.value(self.pin, depth))
+        if pin.name == "pin_wear_volume" and self.pin.quantity.value:
+            spread = self.pin.quantity.standard_uncertainty or 0.0
+            pin = _with_uncertainty(pin, spread * pin.quantity.value / self.pin.quantity.value)
+        return replace(self, pin=pin, disc=disc)
 
     @property
     def total(self) -> Quantity:

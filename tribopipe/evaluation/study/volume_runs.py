@@ -48,6 +48,8 @@ from tribopipe.results.run import RawRun
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
 
+_RELATIVE = ("_wear_volume", "_track_area", "_profile", "_profile_difference")
+"""Ends of the names of measurements that are as uncertain relative to themselves in a longer test."""
 _NOT_PLACED = "track_radius or stroke is missing, so the distance to the wear depth is not calculated"
 
 
@@ -203,7 +205,7 @@ def _gains(run: RawRun, signal: SignalDepths, recipe: Recipe) -> dict[str, float
 
 
 def _gain(way: BodyWear) -> float:
-    if way.pair is None or way.volume is None or way.name.endswith(("_wear_volume", "_profile", "_profile_difference")):
+    if way.pair is None or way.volume is None or way.name.endswith(_RELATIVE):
         return 0.0
     reading = next(one.quantity for one in (way.pair.pin, way.pair.disc) if one.name == way.name)
     of_reading, of_volume = (
