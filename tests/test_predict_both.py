@@ -15,7 +15,7 @@ from sweeps import others_slow
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.contacts.kinds import Terms, wear_of
-from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.manifest import StatedFriction, read_manifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.wear.coating import worn_coatings
@@ -36,6 +36,7 @@ SI3N4 = {
     300: (0.0163057319, 0.0416306776, 0.0579364095, 0.297735437, 0.160086306, 0.0161144380),
 }
 RUN = SAMPLES / "si3n4-air-200mN"
+AT = np.array([500.0])
 
 
 def folder(
@@ -175,6 +176,24 @@ def test_first_order_uncertainty_is_that_of_draws(manifest):
     state = one.worn(at, {name: np.abs(column) for name, column in drawn.items()})
     for name, spread in one.uncertainties(at).items():
         assert float(spread[0]) == pytest.approx(float(np.std(state[name])), rel=0.08), name
+
+
+@pytest.mark.parametrize(
+    ("law", "share"), [("sarkar", 3 * 0.5 * 0.1 / 1.75), ("dissipated_energy", 0.2), ("archard", 0)]
+)
+def test_uncertainty_of_stated_friction_is_that_of_what_it_wears(manifest, law, share):
+    """S of Sarkar's law is s·√(1 + 3b²), so that u(S)/S = 3b·u(b)/(1 + 3b²); friction work goes with b."""
+
+    def spread(of_steady_state: float | None) -> float:
+        told = StatedFriction(
+            amplitude=Quantity(value=0.0, unit="1"),
+            steady_state=Quantity(value=0.5, unit="1", standard_uncertainty=of_steady_state),
+            running_in_distance=Quantity(value=20.0, unit="m"),
+        )
+        one = wear_scenario(manifest, given_wear(manifest.described, known(), Recipe()), law, told)
+        return float(one.uncertainties(AT)["pin_volume"][0] / one.worn(AT)["pin_volume"][0])
+
+    assert math.sqrt(max(0.0, spread(0.1) ** 2 - spread(None) ** 2)) == pytest.approx(share, rel=1e-3, abs=1e-6)
 
 
 @settings(max_examples=30, deadline=None)

@@ -268,12 +268,17 @@ def _subject(run: str, archive: Path, given: Given) -> Subject:
 def _friction(subject: Subject, law: Law) -> "ExponentialFriction | None":
     """Return μ(s) from Eq. 7 if the law needs it. Raises ``FitError`` if there is none."""
     from tribopipe.base.errors import FitError
+    from tribopipe.documents.manifest import StatedFriction
+    from tribopipe.evaluation.load_and_friction import stated_path
     from tribopipe.physics.friction_path import ExponentialFriction
 
     if law == "archard":
         return None
-    if isinstance(subject.friction, ExponentialFriction):
-        return subject.friction
+    friction = subject.friction
+    if isinstance(friction, StatedFriction):
+        return stated_path(friction)
+    if isinstance(friction, ExponentialFriction):
+        return friction
     raise FitError(
         f"{subject.manifest.id}: found no fit of μ(s) (Eq. 7), which Sarkar's law requires; expected its parameters; "
         'specify --friction "A=0.226 b=0.496 c=32.877 m", or run `tribopipe fit` if friction was recorded'

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tribopipe.archive.store import Archive
     from tribopipe.cli.options import Law
     from tribopipe.documents.contact import Contact
-    from tribopipe.documents.manifest import RunManifest
+    from tribopipe.documents.manifest import RunManifest, StatedFriction
     from tribopipe.documents.quantity import Quantity
     from tribopipe.documents.recipe import Recipe
     from tribopipe.physics.friction_path import FrictionPath
@@ -28,8 +28,8 @@ class Subject:
     manifest: "RunManifest"
     end: float | None
     """End of the test, m or rotations; None if run.toml does not state it."""
-    friction: "FrictionPath | None"
-    """μ(s) for a law that needs it; None if it is unknown."""
+    friction: "FrictionPath | StatedFriction | None"
+    """μ(s) for a law that needs it, with its uncertainties if run.toml states it; None if it is unknown."""
     fit: "WearFit | None" = None
     """Archived fit; None if k_D is given."""
 
@@ -79,15 +79,12 @@ def coefficients_by_body(contact: "Contact", texts: Iterable[str]) -> "dict[str,
 def folder_subject(folder: Path, given: Given) -> Subject:
     """Read a run folder, and its signals only if friction must be fitted."""
     from tribopipe.documents.manifest import manifest_path, read_manifest
-    from tribopipe.evaluation.load_and_friction import stated_path
 
     manifest, _ = read_manifest(manifest_path(folder))
 
-    def known() -> "FrictionPath | None":
+    def known() -> "FrictionPath | StatedFriction | None":
         stated = manifest.conditions.friction
-        if stated is not None:
-            return stated_path(stated)
-        return None if given.eq_7 else _recorded_friction(folder, given.recipe)
+        return stated or (None if given.eq_7 else _recorded_friction(folder, given.recipe))
 
     return Subject(manifest, manifest.planned, _friction(given, known))
 
@@ -121,7 +118,9 @@ def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
     return Subject(run.manifest, float(run.progress[-1]), _friction(given, known), fit)
 
 
-def _friction(given: Given, known: "Callable[[], FrictionPath | None]") -> "FrictionPath | None":
+def _friction(
+    given: Given, known: "Callable[[], FrictionPath | StatedFriction | None]"
+) -> "FrictionPath | StatedFriction | None":
     from tribopipe.physics.laws import law_named
 
     stated = None if given.friction is None else friction_path(given.friction)

@@ -57,8 +57,10 @@ def load_path(run: RawRun, distances: Column) -> Column:
     if force is None or recorded_load(run) is None:
         return share * run.manifest.conditions.normal_load.value * distances
     seen = np.isfinite(force) & np.isfinite(slid)
-    # The first sample stands for what was slid before it.
-    force, slid = np.append(force[seen][0], force[seen]), np.append(0.0, slid[seen])
+    force, slid = force[seen], slid[seen]
+    # The first sample stands for what was slid before it, the last for what was slid after it.
+    end = np.max(distances, initial=slid[-1])
+    force, slid = np.concatenate([force[:1], force, force[-1:]]), np.concatenate([[0.0], slid, [end]])
     path = np.append(0.0, np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(slid)))
     return np.asarray(share * np.interp(distances, slid, path))
 
@@ -93,7 +95,7 @@ def applied_load(run: RawRun, recipe: Recipe) -> Quantity:
     return Quantity(value=recorded.value, unit="N", standard_uncertainty=spread)
 
 
-def stated_path(friction: StatedFriction) -> FrictionPath:
+def stated_path(friction: StatedFriction) -> ExponentialFriction:
     """Return μ(s) by stated parameters of Eq. 7."""
     return ExponentialFriction(
         friction.amplitude.value, friction.steady_state.value, friction.running_in_distance.value

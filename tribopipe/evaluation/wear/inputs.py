@@ -15,6 +15,7 @@ from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError, did_you_mean
 from tribopipe.base.units import show
 from tribopipe.contacts.kinds import Terms, wear_of
+from tribopipe.documents.manifest import StatedFriction
 from tribopipe.documents.quantity import Quantity, read_quantity
 from tribopipe.documents.recipe import FrictionSource, GivenParameter, LawName, Recipe
 from tribopipe.evaluation.load_and_friction import contact_load, run_path
@@ -116,7 +117,7 @@ def load_input(run: RawRun, recipe: Recipe) -> Input:
 def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect load, geometry, moduli and slip of a run, the load as it was recorded."""
     load, manifest = load_input(run, recipe), run.manifest
-    wear = wear_of(manifest.described, Terms(manifest.slip))
+    wear = wear_of(manifest.described, Terms(manifest.slip_with(recipe.uncertainty.slip)))
     return wear.inputs(load.quantity, recipe) | {"normal_load": load}
 
 
@@ -124,7 +125,7 @@ def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the speed, track radius or stroke that sliding distance was derived from."""
     found = {"depth_scale": relative_input(run.manifest.depth_scale, recipe.uncertainty.depth_scale)}
     told = told_by(run, recipe.uncertainty)
-    return found if told is None else found | {told.name: Input(told.quantity, told.source)}
+    return found if told is None else found | {told.name: told.given}
 
 
 def distance_scale(values: Values, best: Values) -> Numbers:
@@ -132,12 +133,13 @@ def distance_scale(values: Values, best: Values) -> Numbers:
     return next((values[name] / best[name] for name in DISTANCE_INPUTS if name in values), 1.0)
 
 
-def friction_inputs(friction: FrictionFit) -> dict[str, Input]:
-    """Collect A, b and c as fitted."""
-    fitted = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+def friction_inputs(friction: FrictionFit | StatedFriction) -> dict[str, Input]:
+    """Collect A, b and c as fitted or stated."""
+    known = (friction.amplitude, friction.steady_state, friction.running_in_distance)
+    fitted = isinstance(friction, FrictionFit)
     return {
-        name: Input(quantity, "fit")
-        for name, quantity in zip(FRICTION_INPUTS, fitted, strict=True)
+        name: Input(quantity, "fit" if fitted else "manifest")
+        for name, quantity in zip(FRICTION_INPUTS, known, strict=True)
         if quantity is not None
     }
 
@@ -226,8 +228,9 @@ def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: in
 def default_notes(inputs: Inputs) -> tuple[str, ...]:
     """Name the inputs whose uncertainty is a default, in one sentence; nothing where all were stated."""
     named = [
-        f"{input_label(name)} {given.quantity.shown(shown_unit(name, given.quantity))}"
+        f"{input_label(part)} {quantity.shown(shown_unit(part, quantity))}"
         for name, given in inputs.items()
         if given.source == "default"
+        for part, quantity in given.factors or ((name, given.quantity),)
     ]
     return (f"default uncertainty used for {', '.join(named)}",) if named else ()

@@ -24,7 +24,7 @@ from tribopipe.contacts.surfaces import economy_refused, surface_of, usual_engin
 from tribopipe.contacts.wear import State
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import RunManifest, StatedFriction
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.wear.prediction import wear_scenario
@@ -86,7 +86,7 @@ def local_scenario(
     manifest: RunManifest,
     coefficients: Mapping[str, Quantity],
     law: LawName = "archard",
-    friction: FrictionPath | None = None,
+    friction: FrictionPath | StatedFriction | None = None,
     recipe: Recipe | None = None,
 ) -> Scenario:
     """Return what a run is worn under: its own contact, load and slip, a law, and k_D of bodies as Archard has it.

@@ -12,16 +12,17 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.manifest import RunManifest
+from tribopipe.documents.manifest import RunManifest, StatedFriction
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.load_and_friction import applied_load, run_path
+from tribopipe.evaluation.load_and_friction import applied_load, run_path, stated_path
 from tribopipe.evaluation.wear.coating import coating_notes
-from tribopipe.evaluation.wear.inputs import default_notes, given_parameters
+from tribopipe.evaluation.wear.inputs import default_notes, friction_inputs, given_parameters
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import reworded
+from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import RawRun
 from tribopipe.results.wear_fit import LawValue, WearFit
 from tribopipe.results.wear_prediction import PredictedPoint, UsedCoefficient, WearCurves, WearPrediction
@@ -31,7 +32,7 @@ def wear_scenario(
     manifest: RunManifest,
     known: KnownWear,
     law: LawName = "archard",
-    friction: FrictionPath | None = None,
+    friction: FrictionPath | StatedFriction | None = None,
     recipe: Recipe | None = None,
     normal_load: Quantity | None = None,
 ) -> Scenario:
@@ -46,7 +47,7 @@ def wear_scenario(
     law
         Name of the wear law.
     friction
-        μ along the test, for laws that need it.
+        μ along the test, for laws that need it; as stated, with its uncertainties.
     recipe
         Default uncertainties and given parameters of laws.
     normal_load
@@ -63,9 +64,13 @@ def wear_scenario(
     except ValueError as error:
         raise ContactError(f"{manifest.id}: {error}") from None
     load = normal_load or manifest.conditions.normal_load
-    speed, slip = manifest.nominal_speed, manifest.slip
+    recipe = recipe or Recipe()
+    speed, slip = manifest.nominal_speed, manifest.slip_with(recipe.uncertainty.slip)
     path, stroke = manifest.path, manifest.conditions.stroke is not None
-    return Scenario(manifest.described, load, known, law, friction, recipe or Recipe(), speed, slip, path, stroke)
+    uncertain: dict[str, Input] = {}
+    if isinstance(friction, StatedFriction):
+        uncertain, friction = friction_inputs(friction), stated_path(friction)
+    return Scenario(manifest.described, load, known, law, friction, recipe, speed, slip, path, stroke, uncertain)
 
 
 def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: FrictionFit | None, recipe: Recipe) -> Scenario:

@@ -19,7 +19,7 @@ from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.wear.inputs import law_inputs, require_all
+from tribopipe.evaluation.wear.inputs import friction_along, law_inputs, require_all
 from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
@@ -146,6 +146,8 @@ class Scenario:
     """Sliding distance between two passages of a pin at one place of its track, m."""
     there_and_back: bool = False
     """Whether that path is a stroke."""
+    friction_inputs: Mapping[str, Input] = field(default_factory=dict)
+    """A, b and c, where they were stated with their uncertainties."""
 
     @cached_property
     def wear(self) -> ContactWear:
@@ -176,7 +178,8 @@ class Scenario:
         """Everything uncertain that wear depends on, k_D among it."""
         bodies = zip(self.wear.coefficients, self.wear.bodies, strict=True)
         coefficients = {name: Input(_no_gain(self.known.of(body)), "fit") for name, body in bodies}
-        return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law)
+        friction = dict(self.friction_inputs) if self.law.needs_friction else {}
+        return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law) | friction
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -191,7 +194,8 @@ class Scenario:
     def effective(self, places: Column, values: Values | None = None) -> Column:
         """Return the progress after which Archard's law has worn as much: N·S(s)/s with s the distance after N."""
         slid = np.asarray(places * self.wear.slid)
-        return effective_progress(self.law.at(values or {}), places, slid, self.friction)
+        friction = friction_along(self.friction, values or self.values, self.values)
+        return effective_progress(self.law.at(values or {}), places, slid, friction)
 
     def worn(self, places: Column, values: Values | None = None) -> State:
         """Return wear at places, in the limit of small steps. Raises ``ContactError`` where a body is worn away."""

@@ -14,14 +14,14 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.errors import FitError, ManifestError, UnitError
 from tribopipe.base.units import parse, show
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.manifest import RunManifest, manifest_path, read_manifest
+from tribopipe.documents.manifest import RunManifest, StatedFriction, manifest_path, read_manifest
 from tribopipe.documents.quantity import Quantity, WearCoefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.sweep import Predictions, Sweep
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.load_and_friction import run_path, stated_path
+from tribopipe.evaluation.load_and_friction import run_path
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
 from tribopipe.evaluation.wear.scenario import KnownWear, given_wear, known_wear
@@ -71,7 +71,7 @@ class Wanted:
     """Depths, m."""
     known: Mapping[LawName, KnownWear]
     """k_D that the archived fit found under each law."""
-    friction: FrictionPath | None
+    friction: FrictionPath | StatedFriction | None
     """Friction of the run."""
 
     def outcomes(self, unit: str) -> list[str]:
@@ -93,7 +93,7 @@ def predicted(subject: Subject[Condition], settings: Settings, wanted: Wanted) -
     condition = subject.changed(settings)
     stated = condition.run.conditions.friction
     otherwise = stated is not None and any(path.startswith(_FRICTION) for path in settings)
-    friction = stated_path(stated) if stated is not None and otherwise else wanted.friction
+    friction = stated if stated is not None and otherwise else wanted.friction
     known = _known(condition, wanted)
     scenario = wear_scenario(condition.run, known, condition.law, friction, condition.recipe)
     result = predict_wear(scenario, wanted.at, depths=wanted.depths)
@@ -154,7 +154,7 @@ class _Source:
     """SHA-256 of the source; empty for a folder with only a manifest."""
     end: float | None
     """Its own end, m or rotations."""
-    friction: FrictionPath | None = None
+    friction: FrictionPath | StatedFriction | None = None
     fit: FrictionFit | None = None
 
 
@@ -206,7 +206,7 @@ def _in_folder(folder: Path, recipe: Recipe, *, frictional: bool) -> _Source:
     if not frictional:
         return _Source(manifest, "", end)
     if conditions.friction is not None:
-        return _Source(manifest, "", end, stated_path(conditions.friction))
+        return _Source(manifest, "", end, conditions.friction)
     read = read_run(folder)
     run = clean_run(read, recipe).run
     fit = fit_friction(run, recipe.friction, recipe.uncertainty)
