@@ -1,6 +1,7 @@
 """Parameters that a wear law has in addition to k_D: their covariance, against fitting again with each input moved."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Annotated
 
 import numpy as np
@@ -16,7 +17,7 @@ from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.wear.depth_problem import _within
+from tribopipe.evaluation.wear.depth_problem import DepthProblem, _within
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
@@ -129,6 +130,20 @@ def test_a_parameter_goes_most_of_the_way_to_a_limit_at_most():
     assert _within(known, 1.0, -3.0) == pytest.approx(0.1)
     assert _within(known, 1.0, 100.0) == pytest.approx(9.1)
     assert _within(known, 0.0, -1.0) == 0.0
+
+
+def test_covariance_is_that_of_the_draws_that_wear_at_all():
+    posed = SimpleNamespace(
+        fitted_parameters=("weight",),
+        inputs={},
+        friction_covariance=None,
+        draw_scores=lambda rng, count: rng.standard_normal((count, 2)),
+        _drawn=lambda _, scores: (np.maximum(scores[:, 0], 0.0), {"weight": scores[:, 1:]}),
+        _coefficients=lambda depth, _: depth,
+    )
+    covariance = DepthProblem.parameter_covariance(posed, 1.0)
+    # The logarithm of half a normal distribution has the variance π²/8.
+    np.testing.assert_allclose(np.diag(covariance), [np.pi**2 / 8, 1.0], rtol=0.15)
 
 
 def test_a_term_that_changes_nothing_is_left_wide_open_and_others_as_they_are():

@@ -353,7 +353,9 @@ class DepthProblem(WearProblem):
         values = draw_values(self.inputs, self.friction_covariance, rng, _COMPARED)
         depth, drawn = self._drawn(values, self.draw_scores(rng, _COMPARED))
         coefficients = self._coefficients(depth, {**values, **drawn})
-        return np.cov(np.stack([np.log(coefficients), *(_flat(column) for column in drawn.values())]))
+        worn = coefficients > 0
+        rows = np.stack([coefficients, *(np.broadcast_to(_flat(one), worn.shape) for one in drawn.values())])[:, worn]
+        return np.cov(np.vstack([np.log(rows[:1]), rows[1:]]))
 
     def draw_scores(self, rng: Generator, count: int) -> Column:
         """Draw what H, and the parameters of the law, are off by beyond the errors of the inputs, standard normal."""
