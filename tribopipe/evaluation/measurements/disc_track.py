@@ -163,6 +163,8 @@ def disc_notes(
         )
     if best is not None and "volume" in best.assumed and best.pair is not None:
         yield from _assumed(best.pair, pin_depth)
+    if best is not None and conditions.stroke is not None and best.name not in VOLUMES:
+        yield f"{best.name} is assumed to have been measured at mid-stroke"
     for way in ways:
         if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
             yield f"{way.name} does not exceed the scar on the pin, so the depth of the wear track cannot be calculated"
@@ -185,5 +187,3 @@ def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
         pin = "the depth signal" if pair.pin.quantity is pin_depth else pair.pin.name
         disc = "the depth signal" if pair.disc.name == BY_SIGNAL else pair.disc.name
         yield f"wear volume of the disc calculated from {disc}, {pin} and the shape of the groove"
-    if pair.path is not None and pair.path.there_and_back:
-        yield f"{pair.disc.name} is assumed to have been measured at mid-stroke"
