@@ -105,9 +105,11 @@ def beside_groove(tip: Tip, volume: Column, groove: Column) -> WornPin:
         return worn
     t = (np.arange(400) + 0.5) / 400
     for _ in range(30):
-        ratio = groove / np.maximum(worn.depth, 1e-12)
+        ratio, before = groove / np.maximum(worn.depth, 1e-12), worn.depth
         grown = 16 / np.pi * np.mean(t**2 * np.sqrt(1 - t**2 + ratio[:, None] * (1 - t**3)), axis=1)
         worn = tip.worn(volume / grown)
+        if np.max(np.abs(worn.depth - before)) < 1e-14:
+            break
     return worn
 
 

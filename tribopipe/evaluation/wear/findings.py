@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -17,8 +18,8 @@ from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
 from tribopipe.evaluation.measurements.pin_on_disc import track_wear
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
-from tribopipe.physics.depth_model.mixture import ways
-from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of
+from tribopipe.physics.depth_model.mixture import Regression, ways
+from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of, with_course
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
 from tribopipe.physics.depth_model.terms import AMPLITUDES
 from tribopipe.results.finding import Finding
@@ -48,10 +49,12 @@ class RateChange:
 
 def rate_change(problem: DepthProblem) -> RateChange | None:
     """Return where k_D changes, if a change once is a better account of a reading than wander; else none."""
-    slid = problem.trace.slid
+    slid, reference, still = problem.trace.slid, problem.posterior.reference, _without_wander(problem)
+    volume = cache(problem.pin(problem.values).volume)
 
     def evidence(place: float, ratio: float) -> float:
-        return _evidence(_changed(problem, place * slid, ratio), problem.posterior.reference)
+        changed = with_course(still, _changed(problem, place * slid, ratio, volume), reference)
+        return float(np.logaddexp.reduce(ways([changed], []).log_anchored))
 
     found = {by: evidence(*by) for by in product(_PLACES, _RATIOS)}
     averaged = float(np.logaddexp.reduce(list(found.values()))) - np.log(len(found))
@@ -76,7 +79,10 @@ def _best_change(evidence: Callable[[float, float], float], first: tuple[float, 
     return float(best.x[0]), float(np.exp(best.x[1])), float(-best.fun)
 
 
-def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading:
+def _changed(
+    problem: DepthProblem, change: float, ratio: float, volume: Callable[[float], Column]
+) -> DepthReading:
+    """Return the reading of a pin whose k_D changes at a distance, m; ``volume`` is that of the pin at a depth, m³."""
     values, slid = problem.values, problem.trace.slid
     at_change, whole = problem.effective_distance(values, np.asarray([change, slid]))
 
@@ -88,15 +94,18 @@ def _changed(problem: DepthProblem, change: float, ratio: float) -> DepthReading
     pin, nodes = problem.pin(values), problem.samples.nodes
     volume_share = share(nodes.distance)
     return replace(
-        problem.reading, course=lambda depth: nodes.averaged(pin.worn(pin.volume(depth) * volume_share).depth)
+        problem.reading, course=lambda depth: nodes.averaged(pin.worn(volume(depth) * volume_share).depth)
     )
 
 
-def _evidence(reading: DepthReading, reference: float) -> float:
-    """Return the log evidence for a depth reading that is the sum of wear, a straight line and noise."""
-    plain = regressions_of(reading, reference)[0]
-    plain = replace(plain, alternatives=plain.alternatives[:1])
-    return float(np.logaddexp.reduce(ways([plain], []).log_anchored))
+def _without_wander(problem: DepthProblem) -> Regression:
+    """Return the regression of a reading that is the sum of wear, a straight line and noise.
+
+    Of the optional columns, none of which is in that sum, one is left.
+    """
+    plain = regressions_of(problem.reading, problem.posterior.reference)[0]
+    kept = len(plain.known_mean) + 1
+    return replace(plain, normal=plain.normal[:, :kept], alternatives=plain.alternatives[:1])
 
 
 _PROBABLE = 0.8

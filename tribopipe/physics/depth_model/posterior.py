@@ -507,6 +507,12 @@ def regressions_of(reading: DepthReading, reference: float) -> tuple[Regression,
     return plain, replace(plain, known_deviation=deviations, alternatives=warmed)
 
 
+def with_course(regression: Regression, reading: DepthReading, reference: float) -> Regression:
+    """Return a regression of a reading in which the wear alone, about a reference, m, takes another course."""
+    flat = np.column_stack([_slope(reading, reference), regression.flat[:, 1:]])
+    return replace(regression, reading=reading.depth - reading.course(reference), flat=flat)
+
+
 def _slope(reading: DepthReading, reference: float) -> Column:
     step = _STEP * reference
     return (reading.course(reference + step) - reading.course(reference - step)) / (2 * step)
