@@ -19,6 +19,7 @@ Everything is in SI, in arrays that are broadcast against each other. Cf. Kauzla
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -496,13 +497,20 @@ def depth_growth(tip: OnTrack, share: ArrayLike, pin_depth: float, groove_depth:
     ndarray
         1 at the end, and more on the way; of the same shape.
     """
+    root, factor = _growth(tip, pin_depth, groove_depth)
+    return np.asarray(np.interp(np.sqrt(_floats(share)), root, factor))
+
+
+@lru_cache(maxsize=16)
+def _growth(tip: OnTrack, pin_depth: float, groove_depth: float) -> tuple[Array, Array]:
+    """Return that factor against the root of the share, where a run asks for it again and again."""
     deepest = min(pin_depth, _MOST_OF_THE_PIN * float(tip.most) - groove_depth)
     if deepest <= 0:
-        return np.ones(np.shape(share))
+        return np.zeros(1), np.ones(1)
     depth = deepest * np.linspace(0.0, 1.0, _GROWTH_NODES)[1:] ** 2
     groove = groove_depth * tip.middle_slice(depth) / tip.middle_slice(deepest)
     # Depths are about proportional to the root of the volume: of that, interpolation is next to exact.
     worn, on_plane = (np.sqrt(tip.at_depths(depth, beside).pin_volume) for beside in (groove, 0.0))
     root = worn / worn[-1]
     plane = np.interp(root, on_plane / on_plane[-1], depth)
-    return np.asarray(np.interp(np.sqrt(_floats(share)), root, depth / plane))
+    return root, np.asarray(depth / plane)

@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from tribopipe.base.arrays import Column, Numbers
 from tribopipe.documents.quantity import Quantity
@@ -122,13 +123,16 @@ def _changes(medians: Column) -> list[int]:
     if len(medians) < 2 * _PLATEAU + _GAP:
         return []
     noise = 1.4826 * float(np.median(np.abs(np.diff(medians)))) / np.sqrt(2)
+    plateaus = sliding_window_view(medians, _PLATEAU)
+    middle = np.median(plateaus, axis=1)
+    uneven = np.ptp(plateaus, axis=1) / middle
+    before, after = slice(len(middle) - _PLATEAU - _GAP), slice(_PLATEAU + _GAP, None)
+    low = np.minimum(middle[before], middle[after])
+    flat = np.maximum(uneven[before], uneven[after]) <= np.minimum(np.maximum(_FLAT, 5 * noise / low), _NOISY)
+    apart = np.abs(middle[after] - middle[before]) > np.maximum(_STEP * low, 5 * noise)
     found: list[int] = []
-    for at in range(_PLATEAU, len(medians) - _PLATEAU - _GAP + 1):
-        before, after = medians[at - _PLATEAU : at], medians[at + _GAP : at + _GAP + _PLATEAU]
-        one, other = float(np.median(before)), float(np.median(after))
-        low = min(one, other)
-        flat = max(np.ptp(before) / one, np.ptp(after) / other) <= min(max(_FLAT, 5 * noise / low), _NOISY)
-        if flat and abs(other - one) > max(_STEP * low, 5 * noise) and (not found or at - found[-1] > _GAP + _PLATEAU):
+    for at in (np.flatnonzero(flat & apart) + _PLATEAU).tolist():
+        if not found or at - found[-1] > _GAP + _PLATEAU:
             found.append(at + 1)
     return found
 
