@@ -100,9 +100,14 @@ class Comparison:
         """What the deviation may be off by, draws by places, m."""
         return (self.measured_draws - self.measured) - (self.predicted_draws - self.predicted)
 
+    @cached_property
+    def _ordered(self) -> Column:
+        """The errors at each place in ascending order: many intervals are taken of them."""
+        return np.sort(self.errors, axis=0)
+
     def limits(self, level: float) -> Column:
         """Return the half widths of the interval of the deviation towards zero, m, at each place."""
-        low, high = np.quantile(self.errors, [level / 2, 1 - level / 2], axis=0)
+        low, high = _quantiles(self._ordered, (level / 2, 1 - level / 2))
         return np.asarray(np.maximum(np.where(self.deviation > 0, -low, high), self._none))
 
     @property
@@ -113,7 +118,7 @@ class Comparison:
     def along(self, level: float) -> Column:
         """Return the deviation over its simultaneous limits at each place."""
         errors = self.errors
-        low, high = np.quantile(errors, TAILS, axis=0)
+        low, high = _quantiles(self._ordered, TAILS)
         scaled = np.where(errors < 0, errors / np.minimum(low, -self._none), errors / np.maximum(high, self._none))
         reached = max(_LEAST_REACH, float(np.quantile(np.max(scaled, axis=1), 1 - level)))
         return self.deviation / (self.limits(_NOTABLE) * reached)
@@ -132,8 +137,16 @@ class Comparison:
 
 
 def _interval(draws: Column) -> tuple[Column, Column]:
-    low, high = np.quantile(draws, TAILS, axis=0)
+    low, high = _quantiles(np.sort(draws, axis=0), TAILS)
     return low, high
+
+
+def _quantiles(ordered: Column, shares: tuple[float, float]) -> Column:
+    """Return quantiles of columns in ascending order, linear between their values."""
+    place = np.asarray(shares) * (len(ordered) - 1)
+    below = place.astype(int)
+    above = np.minimum(below + 1, len(ordered) - 1)
+    return np.asarray(ordered[below] + (place - below)[:, None] * (ordered[above] - ordered[below]))
 
 
 def decide(comparison: Comparison, with_factor: Callable[[float], Column], decisive: float = DECISIVE) -> Verdict:
