@@ -35,6 +35,49 @@ def test_time_by_a_measured_speed_is_the_integral_of_its_inverse(bare_run):
     assert origins["time"] == "derived from measured speed"
 
 
+def test_a_signed_speed_of_strokes_gives_the_distance_of_both_directions(bare_run):
+    # 5 mm at 10 Hz: a position of 2.5 mm·cos(2πft), so 2·5 mm·10 Hz = 0.1 m/s on average.
+    time = np.linspace(0, 10, 10_001)
+    columns = {"time": time, "sliding_speed": np.pi * 10 * 5e-3 * np.sin(2 * np.pi * 10 * time)}
+    slid = completed(columns, bare_run.manifest)[0]["sliding_distance"]
+    np.testing.assert_allclose(slid[::100], 0.1 * time[::100], rtol=1e-3, atol=1e-6)
+    assert np.all(np.diff(slid) >= 0)
+
+
+@pytest.mark.parametrize("sign", [-np.ones(len(UNEVEN)), np.where(UNEVEN < 5, 1, -1)])
+def test_a_disc_that_turns_the_other_way_slides_as_well(bare_run, sign):
+    found, _ = completed({"time": UNEVEN, "sliding_speed": 0.2 * sign}, bare_run.manifest)
+    np.testing.assert_allclose(found["sliding_distance"], 0.2 * UNEVEN, rtol=1e-13)
+    found, _ = completed({"sliding_distance": UNEVEN, "sliding_speed": 0.2 * sign}, bare_run.manifest)
+    np.testing.assert_allclose(found["time"], UNEVEN / 0.2, rtol=1e-13)
+
+
+def test_missing_speeds_are_bridged_over_time(bare_run):
+    # Between its neighbors a speed that grows evenly is exact; at the ends the nearest one counts.
+    speed = 0.1 + 0.06 * UNEVEN
+    speed[[2, 3]] = np.nan
+    slid = completed({"time": UNEVEN, "sliding_speed": speed}, bare_run.manifest)[0]["sliding_distance"]
+    np.testing.assert_allclose(slid, 0.1 * UNEVEN + 0.03 * UNEVEN**2, rtol=1e-13)
+    ends = np.full(len(UNEVEN), 0.2)
+    ends[[0, -2, -1]] = np.nan, np.inf, np.nan
+    slid = completed({"time": 3 + UNEVEN, "sliding_speed": ends}, bare_run.manifest)[0]["sliding_distance"]
+    np.testing.assert_allclose(slid, 0.2 * (3 + UNEVEN), rtol=1e-13)
+
+
+def test_missing_speeds_are_bridged_by_their_size(bare_run):
+    speed = np.where(UNEVEN < 5, 0.2, -0.2)
+    speed[4] = np.nan
+    slid = completed({"time": UNEVEN, "sliding_speed": speed}, bare_run.manifest)[0]["sliding_distance"]
+    np.testing.assert_allclose(slid, 0.2 * UNEVEN, rtol=1e-13)
+
+
+def test_distance_is_missing_where_no_speed_or_no_time_is_known(bare_run):
+    nothing = {"time": UNEVEN, "sliding_speed": np.full(len(UNEVEN), np.nan)}
+    assert np.isnan(completed(nothing, bare_run.manifest)[0]["sliding_distance"]).all()
+    hole = {"time": np.where(UNEVEN == 3, np.nan, UNEVEN), "sliding_speed": np.full(len(UNEVEN), 0.2)}
+    assert np.isnan(completed(hole, bare_run.manifest)[0]["sliding_distance"][3:]).all()
+
+
 def test_a_record_that_begins_late_has_slid_before_at_the_first_speed(bare_run):
     time = 10.0 + UNEVEN
     columns = {"time": time, "sliding_speed": np.full(len(time), 0.2)}

@@ -693,6 +693,19 @@ MORE = {
         column("sliding_distance", lambda distance: np.append(distance[:-9], [NAN] * 9)),
         "sliding_distance",
     ),
+    "speed with a hole that the distance bridges": (
+        "axis_incomplete",
+        lambda run: replace(
+            run,
+            columns={**run.columns, "sliding_speed": np.where(np.arange(len(run)) == 7, NAN, 0.4)},
+            origins={
+                **run.origins,
+                "sliding_speed": "measured",
+                "sliding_distance": "derived from measured speed",
+            },
+        ),
+        "sliding_distance",
+    ),
     "speed by the clock": (
         "distance_not_planned",
         both(measured("sliding_distance"), column("time", lambda time: time * 2)),

@@ -258,6 +258,25 @@ def test_limits_of_the_lab_have_the_unit_of_the_signal(bare_run, tmp_path):
     assert [change.samples for change in cleaned.record.changes] == [1, 1]
 
 
+@pytest.mark.parametrize(
+    "step",
+    [
+        Mask(),
+        Mask(limits={"sliding_speed": {"highest": "1 m/s"}}),
+        Despike(signals=("sliding_speed",)),
+    ],
+)
+def test_masked_speeds_do_not_end_the_sliding_distance(bare_run, step):
+    speed = 0.4 + 1e-3 * NOISE[2]
+    speed[[100, 2000, 2001]] = 9999.0
+    origins = {"sliding_distance": "derived from measured speed"}
+    spoilt = run_of(bare_run, time=TRUTH["time"], sliding_speed=speed, sliding_distance=TRUTH["sliding_distance"])
+    spoilt = dataclasses.replace(spoilt, origins={**spoilt.origins, **origins})
+    cleaned = clean_run(spoilt, only(step)).run
+    assert np.flatnonzero(np.isnan(cleaned.columns["sliding_speed"])).tolist() == [100, 2000, 2001]
+    np.testing.assert_allclose(cleaned.sliding_distance, 0.4 * TRUTH["time"], rtol=1e-2, atol=1e-3)
+
+
 def test_friction_without_load_is_masked(bare_run):
     cleaned = clean_run(run_of(bare_run, **TRUTH))
     mu, load = cleaned.run.columns["friction_coefficient"], TRUTH["normal_force"]

@@ -95,6 +95,14 @@ def test_recorded_load_counts_in_each_interval():
     assert last.specific_wear_rate.value == pytest.approx(STEADY / 2, rel=1e-3)
 
 
+@pytest.mark.parametrize("share", [0.98, 0.4])
+def test_load_channel_that_ends_early_leaves_the_rates_alone(share):
+    run = weighed(lost(0.0), load=lambda distance: np.where(distance <= share * END, LOAD, np.nan))
+    wear = specific_wear(run).pin
+    rates = [one.specific_wear_rate.value for one in wear.intervals]
+    np.testing.assert_allclose([*rates, wear.steady_rate.value], STEADY, rtol=1e-9)
+
+
 def test_few_measurements_tell_intervals_but_no_steady_rate():
     wear = specific_wear(weighed(lost(RAN_IN)[:3], PLACES[:3])).pin
     assert (len(wear.intervals), wear.steady_rate) == (3, None)

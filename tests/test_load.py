@@ -12,7 +12,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.derived_columns import coefficient
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.load_and_friction import applied_load
+from tribopipe.evaluation.load_and_friction import applied_load, load_path
 from tribopipe.evaluation.wear.inputs import (
     contact_inputs,
     distance_scale,
@@ -51,6 +51,15 @@ def test_recorded_load_counts_over_the_distance_not_over_the_samples():
     load = np.where(slow < 100, 0.1, 0.2)
     run = replace(run, columns={**run.columns, "sliding_distance": slow, "normal_force": load})
     assert applied_load(run, Recipe()).value == pytest.approx(0.18, rel=0.01)
+
+
+@pytest.mark.parametrize("end", [200, 400])
+def test_load_path_goes_on_with_the_last_load_that_was_recorded(end):
+    load = np.where(end < DISTANCE, np.nan, 0.1 + 1e-3 * DISTANCE)
+    found = load_path(pressed(load), np.array([0.0, 100.0, end, 450.0, 500.0, 501.0]))
+    assert found[:2].tolist() == pytest.approx([0.0, 15.0])
+    until, last = 0.1 * end + 0.5e-3 * end**2, 0.1 + 1e-3 * end
+    assert found[2:].tolist() == pytest.approx([until + last * (slid - end) for slid in (end, 450, 500, 501)])
 
 
 def test_calibration_is_as_uncertain_as_the_nominal_load_is_stated_to_be():

@@ -3,7 +3,7 @@
 import re
 import shutil
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -27,7 +27,7 @@ from tribopipe.results.evaluation import FrictionFit
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
 from tribopipe.views.html.rendering import inline_svg, mathml
-from tribopipe.views.required_report_items import reporting_items
+from tribopipe.views.required_report_items import _mean, reporting_items
 from tribopipe.views.run_page import run_page
 from tribopipe.views.study_page import study_page
 
@@ -354,6 +354,13 @@ def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):
     assert "Not evaluated yet" in page.text
     assert "missing: add contact.pin.material to run.toml" in page.text
     assert page.all("svg") == []
+
+
+def test_mean_speed_of_strokes_counts_both_directions(bare_run):
+    signed = replace(
+        bare_run, columns={"sliding_speed": np.array([0.1, -0.1, np.nan])}, origins={"sliding_speed": "measured"}
+    )
+    assert _mean(signed, "sliding_speed") == "100 mm/s, mean of the recording"
 
 
 @pytest.mark.slow

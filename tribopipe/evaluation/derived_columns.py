@@ -50,7 +50,7 @@ def _complete_sliding(columns: Columns, origins: Origins, manifest: RunManifest)
 
 def _derive_distance(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
     time = continuous(columns["time"])
-    speed, origin = _speed(columns, manifest, len(time))
+    speed, origin = _speed(columns, manifest, time)
     if speed is None:
         columns["sliding_distance"], origins["sliding_distance"] = np.full(len(time), np.nan), "unknown"
     else:
@@ -59,7 +59,7 @@ def _derive_distance(columns: Columns, origins: Origins, manifest: RunManifest) 
 
 def _derive_time(columns: Columns, origins: Origins, manifest: RunManifest) -> None:
     distance = continuous(columns["sliding_distance"])
-    speed, origin = _speed(columns, manifest, len(distance))
+    speed, origin = _speed(columns, manifest, distance)
     if speed is None:
         raise ReaderError(
             "run.toml: conditions.sliding_speed: missing; expected a value, since the files contain no time; add "
@@ -69,12 +69,24 @@ def _derive_time(columns: Columns, origins: Origins, manifest: RunManifest) -> N
         columns["time"], origins["time"] = _integrate(1 / speed, distance), origin
 
 
-def _speed(columns: Columns, manifest: RunManifest, samples: int) -> tuple[Column | None, Origin]:
-    """Return the sliding speed at each sample, measured or nominal; None if it is unknown."""
+def _speed(columns: Columns, manifest: RunManifest, along: Column) -> tuple[Column | None, Origin]:
+    """Return the magnitude of the sliding speed along time or distance, measured or nominal; None if it is unknown."""
     if "sliding_speed" in columns:
-        return columns["sliding_speed"], "derived from measured speed"
+        # A speed with a sign is that of strokes, or of a disc that reverses: the bodies slide in both directions.
+        return _bridged(np.abs(columns["sliding_speed"]), along), "derived from measured speed"
     nominal = manifest.conditions.nominal_speed
-    return None if nominal is None else np.full(samples, nominal.value), "derived from nominal speed"
+    return None if nominal is None else np.full(len(along), nominal.value), "derived from nominal speed"
+
+
+def _bridged(speed: Column, along: Column) -> Column:
+    """Interpolate missing speeds linearly, the nearest one at both ends; all stay missing where none is known.
+
+    A single missing speed would otherwise make every later distance missing.
+    """
+    seen = np.isfinite(speed) & np.isfinite(along)
+    if not np.any(seen):
+        return speed
+    return np.where(np.isfinite(speed), speed, np.interp(along, along[seen], speed[seen]))
 
 
 def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest) -> None:

@@ -200,12 +200,12 @@ def _circumstances(manifest: RunManifest) -> Iterator[ReportingItem]:
 
 
 def _mean(run: RawRun, name: SignalName) -> str | None:
-    """Format the mean of a recorded signal; None if nothing was recorded."""
+    """Format the mean size of a recorded signal, since a speed may have a sign; None if nothing was recorded."""
     values = run.columns.get(name)
     if values is None or run.origins[name] != "measured" or not np.any(np.isfinite(values)):
         return None
     kind = KINDS[SIGNALS[name].kind]
-    return f"{show(float(np.nanmean(values)), None, kind.si, kind.shown)}, mean of the recording"
+    return f"{show(float(np.nanmean(np.abs(values))), None, kind.si, kind.shown)}, mean of the recording"
 
 
 def _duration(run: RawRun) -> str | None:

@@ -111,7 +111,7 @@ def axis_incomplete(run: RawRun) -> Iterator[Trouble]:
     """Refuse missing samples of time, rotations or sliding distance, without which nothing can be placed."""
     for name in _axes(run):
         values = run.columns[name]
-        missing = np.flatnonzero(~np.isfinite(values))
+        missing = np.flatnonzero(~np.isfinite(values + _integrated(run, name)))
         unrecorded = run.origins[name] == "unknown" or (run.origins[name] == "measured" and len(missing) == len(values))
         if len(missing) > 0 and not unrecorded:
             source = "" if run.origins[name] == "measured" else f", {run.origins[name]}"
@@ -121,6 +121,12 @@ def axis_incomplete(run: RawRun) -> Iterator[Trouble]:
                 "expected a value for every sample",
                 "correct or delete those rows, or export again",
             )
+
+
+def _integrated(run: RawRun, name: SignalName) -> Column:
+    """Return the speed from which an axis was derived: it bridges missing speeds; zero without such a speed."""
+    derived = run.origins[name] == "derived from measured speed"
+    return run.columns["sliding_speed"] if derived else np.zeros(len(run))
 
 
 @check("error")
