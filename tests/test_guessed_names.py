@@ -459,6 +459,32 @@ def test_quantities_compute_with_their_uncertainty():
         np.array([1.0, 2.0]) * K_D
 
 
+CYCLES = [
+    *(("rad/s", unit) for unit in ("Hz", "kHz", "1/min", "1/s", "rpm", "deg/s", "rev/s", "rad/s")),
+    *(("1/s", unit) for unit in ("Hz", "1/min")),
+]
+
+
+@pytest.mark.parametrize(("si", "unit"), CYCLES)
+def test_computed_rotational_speeds_and_frequencies_are_converted_as_quantities_are(si, unit):
+    pytest.importorskip("uncertainties")
+    quantity = tp.Quantity(value=34.3, unit=si, standard_uncertainty=0.1)
+    direct, computed = quantity.to(unit), (1 * quantity).to(unit)
+    assert (computed.value, computed.u) == pytest.approx((direct.value, direct.u), rel=1e-12)
+
+
+def test_computed_values_per_second_are_cycles_or_radians_only_where_this_is_known():
+    pytest.importorskip("uncertainties")
+    speed, radius = tp.Quantity(value=0.4, unit="m/s"), tp.Quantity(value=8e-3, unit="m")
+    turning = tp.Quantity(value=50.0, unit="rad/s")
+    assert (1 * turning).to("rpm").to("Hz").to("rad/s").value == pytest.approx(50)
+    assert (turning * radius).to("mm/s").value == pytest.approx(400)
+    assert (speed / radius).to("1/min").value == pytest.approx(3000)
+    assert (speed / radius).to("Hz").to("rpm").value == pytest.approx(3000)
+    with pytest.raises(UnitError, match="unit 'rpm' for a value in 1/s, which may count radians or cycles"):
+        (speed / radius).to("rpm")
+
+
 def test_quantity_of_pint_never_takes_one_for_a_number():
     import pint
 

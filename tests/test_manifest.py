@@ -235,8 +235,7 @@ def test_interruption_without_its_distance_is_refused():
     [
         (1.02, 1.02, None),
         ({"value": 1.02, "standard_uncertainty": 0.01}, 1.02, 0.01),
-        # Of a ratio, a per cent is a hundredth and not a share.
-        ({"value": 1.02, "standard_uncertainty": "0.5 %"}, 1.02, 0.005),
+        ({"value": 1.02, "standard_uncertainty": "0.5 %"}, 1.02, 0.005 * 1.02),
     ],
 )
 def test_depth_scale_is_taken_with_its_uncertainty(written, value, spread):

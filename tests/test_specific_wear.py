@@ -17,6 +17,7 @@ from tribopipe.documents.record import Record
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.inputs import default_notes, instrument_inputs
 from tribopipe.physics.pin_on_track import SphereOnTrack
 from tribopipe.pipeline.stages import advance, ingest
 from tribopipe.readers.harmonize import read_run
@@ -88,7 +89,8 @@ def test_distance_is_as_uncertain_as_the_speed_it_was_derived_from():
     ("origin", "stated", "share"),
     [
         ("derived from nominal speed", {}, math.hypot(0.005, 0.01)),
-        ("derived from nominal speed", {"track_radius": si(8e-3, "m", 1.6e-4)}, 0.02),
+        ("derived from nominal speed", {"track_radius": si(8e-3, "m", 1.6e-4)}, math.hypot(0.005, 0.02)),
+        ("derived from nominal speed", {"rotational_speed": si(50, "rad/s", 0.05)}, math.hypot(0.001, 0.01)),
         ("derived from rotations", {}, 0.01),
         ("derived from rotations", {"track_radius": si(8e-3, "m", 1.6e-4)}, 0.02),
     ],
@@ -98,6 +100,30 @@ def test_distance_around_a_track_is_as_uncertain_as_its_radius(origin, stated, s
     run = run_with(turning, **BOTH)
     found = specific_wear(replace(run, origins={**run.origins, "sliding_distance": origin})).sliding_distance
     assert (found.value, found.standard_uncertainty) == (pytest.approx(500), pytest.approx(share * 500))
+
+
+CIRCLING = {"rotational_speed": si(50, "rad/s", 0.05), "track_radius": si(8e-3, "m", 8e-6)}
+STROKING = {"frequency": si(20, "1/s", 0.02), "stroke": si(10e-3, "m", 1e-5)}
+
+
+@pytest.mark.parametrize(
+    ("motion", "unstated", "share", "note"),
+    [
+        (CIRCLING, {}, math.hypot(1e-3, 1e-3), None),
+        (CIRCLING, {"track_radius": "8 mm"}, math.hypot(1e-3, 0.01), "radius of the wear track 8.000 ± 0.080 mm"),
+        (CIRCLING, {"rotational_speed": "500 rpm"}, math.hypot(5e-3, 1e-3), "rotational speed 500.0 ± 2.5 rpm"),
+        (STROKING, {"stroke": "10 mm"}, math.hypot(1e-3, 0.01), "stroke 10.00 ± 0.10 mm"),
+        (STROKING, {"frequency": "20 Hz"}, math.hypot(5e-3, 1e-3), "frequency 20.00 ± 0.10 Hz"),
+    ],
+)
+def test_speed_is_as_uncertain_as_both_factors_and_its_defaults_are_named(motion, unstated, share, note):
+    run = run_with({"sliding_speed": None, **motion, **unstated})
+    derived = replace(run, origins={**run.origins, "sliding_distance": "derived from nominal speed"})
+    speed = instrument_inputs(derived, Recipe())["sliding_speed"]
+    assert speed.quantity.value == pytest.approx(0.4, rel=0.05)
+    assert speed.spread == pytest.approx(share * speed.quantity.value)
+    assert speed.source == ("default" if note else "manifest")
+    assert default_notes({"sliding_speed": speed}) == ((f"default uncertainty used for {note}",) if note else ())
 
 
 @pytest.mark.parametrize(

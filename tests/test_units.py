@@ -114,6 +114,9 @@ def test_temperature_differences_have_none():
         ("2 um", "length", 1.0, 2e-6),
         ("5 %", "percentage", 0.45, 0.05),
         ("0.01", "ratio", 0.24, 0.01),
+        ("10 %", "ratio", 0.5, 0.05),
+        ("10 %", "ratio", -5.0, 0.5),
+        ("1 %", "count", 1e6, 1e4),
     ],
 )
 def test_uncertainties_are_absolute_or_a_share(text, kind, of, expected):

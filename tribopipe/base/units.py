@@ -276,10 +276,10 @@ def with_point(text: str) -> str:
 def parse_interval(text: str, kind: str, *, of: float) -> float:
     """Read a standard uncertainty as SI: "2 um", or "1 %" of the value ``of`` it belongs to.
 
-    A difference, so offsets (°C) do not count.
+    Of a percentage, such as slip, "1 %" is one percentage point. A difference, so offsets (°C) do not count.
     """
     matched = _NUMBER_THEN_UNIT.match(text.rstrip())
-    if matched is not None and matched["unit"] == "%" and KINDS[kind].si != "1":
+    if matched is not None and matched["unit"] == "%" and kind != "percentage":
         return abs(of) * float(matched["number"]) / 100
     if kind == "temperature" and matched is not None and matched["unit"]:
         return float(matched["number"]) * float(_checked_unit(matched["unit"], kind).slope)
@@ -365,11 +365,30 @@ def uncertain_in(quantity: Any, unit: str) -> Any:
 
     _unit_like(unit, parts(quantity)[2])
     try:
-        return quantity.to(_cleaned(unit))
+        return quantity.to(_cleaned(unit)) * _per_cycle(quantity, unit)
     except DimensionalityError:
         raise UnitError(
             f"found the unit {unit!r} for a value in {parts(quantity)[2]}; expected a unit of the same dimension"
         ) from None
+
+
+def _per_cycle(quantity: Any, unit: str) -> float:
+    """Return the factor between radians, by which pint counts everything per time, and cycles: 1/2π from rad/s to Hz.
+
+    Raises ``UnitError`` for an angle per time from 1/s, which is that of a speed over a radius or of a frequency.
+    """
+    held = parts(quantity)[2]
+    from_angle, to_angle = (bool(_ANGLE.search(_as_by_the_rules(text))) for text in (held, unit))
+    if from_angle == to_angle or not quantity.check("1/[time]"):
+        return 1.0
+    if from_angle:
+        return 1 / math.tau
+    if "Hz" in held:
+        return math.tau
+    raise UnitError(
+        f"found the unit {unit!r} for a value in {held}, which may count radians or cycles; expected a unit without an "
+        "angle; convert cycles to 'Hz' first, or write radians as a Quantity in 'rad/s'"
+    )
 
 
 def parts(quantity: Any) -> tuple[float, float, str]:

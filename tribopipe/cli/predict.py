@@ -271,7 +271,8 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
             changed[key] = quantity(option, asked.changes[option], kind)
     if rolls:
         slip = asked.changes.get("--slip")
-        changed |= {"slip": manifest.slip if slip is None else _slip(slip), "flat_disc_speed": None}
+        kept = manifest.slip_with(asked.recipe.uncertainty.slip)
+        changed |= {"slip": kept if slip is None else _slip(slip), "flat_disc_speed": None}
     contact = _resized(contact, asked.changes)
     conditions = manifest.conditions.model_copy(update=changed)
     return manifest.model_copy(update={"contact": contact, "conditions": conditions})

@@ -259,7 +259,7 @@ class Contact(Record):
         """Return the name of the body in a role."""
         return dict(zip(cls.roles, cls.body_names, strict=True))[role]
 
-    def slip(self, conditions: Any) -> Quantity | None:  # noqa: ARG002
+    def slip(self, conditions: Any, default: float = 0.0) -> Quantity | None:  # noqa: ARG002
         """Return the slip of bodies that roll on each other; None for others."""
         return None
 

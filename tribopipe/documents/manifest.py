@@ -667,8 +667,15 @@ class RunManifest(Record):
 
     @property
     def slip(self) -> Quantity | None:
-        """Slip of bodies that roll on each other; None for others."""
-        return None if self.contact is None else self.contact.slip(self.conditions)
+        """Slip of bodies that roll on each other, uncertain by what is stated; None for others."""
+        return self.slip_with(0.0)
+
+    def slip_with(self, default: float) -> Quantity | None:
+        """Return the slip; the default, a fraction of it, is for one of two speeds that is stated without uncertainty.
+
+        A slip of which nothing is stated has no uncertainty yet.
+        """
+        return None if self.contact is None else self.contact.slip(self.conditions, default)
 
     @property
     def path(self) -> Quantity | None:

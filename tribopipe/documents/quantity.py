@@ -368,6 +368,9 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool, zero: bool = Fals
     return quantity
 
 
+_UNCERTAINTY = {"percentage": "In the unit of the value: '1 %' is one percentage point."}
+
+
 def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
     example = units.KINDS[kind].example
     text = {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)", "examples": [example]}
@@ -379,7 +382,7 @@ def _written_schema(kind: str, *, method: bool = False) -> dict[str, Any]:
         "unit": {"type": "string", "description": "SI unit of a value that is a plain number."},
         "standard_uncertainty": {
             "anyOf": [text, {"type": "number"}, {"type": "null"}],
-            "description": "In the unit of the value, or as a percentage of the value, such as '1 %'.",
+            "description": _UNCERTAINTY.get(kind, "In the unit of the value, or as a percentage of the value: '1 %'."),
         },
     }
     if method:

@@ -66,16 +66,18 @@ class TwinDisc(Contact):
         """Distance, m, that the surface of the crowned disc goes in a rotation."""
         return 2 * math.pi * self.curved_disc.rolling_radius.value
 
-    def slip(self, conditions: Any) -> Quantity:
-        """Return (v₂ − v₁)/v₁; its uncertainty is that stated, or follows from those of both speeds."""
+    def slip(self, conditions: Any, default: float = 0.0) -> Quantity:
+        """Return (v₂ − v₁)/v₁; its uncertainty is that stated, or follows from those stated of the speeds.
+
+        If only one speed has an uncertainty, the other adds a fraction of the slip, ``default``.
+        """
         stated, curved, flat = conditions.slip, conditions.curved_disc_speed, conditions.flat_disc_speed
         if stated is not None or curved is None or flat is None:
             return stated or Quantity(value=0.0, unit="1")
-        ratio, spread = flat.value / curved.value, None
-        if curved.standard_uncertainty is not None and flat.standard_uncertainty is not None:
-            relative = (curved.standard_uncertainty / curved.value, flat.standard_uncertainty / flat.value)
-            spread = ratio * math.hypot(*relative)
-        return Quantity(value=ratio - 1, unit="1", standard_uncertainty=spread)
+        ratio, speeds = flat.value / curved.value, (curved, flat)
+        known = [ratio * one.standard_uncertainty / one.value for one in speeds if one.standard_uncertainty is not None]
+        other = default * abs(ratio - 1) if len(known) == 1 else 0.0
+        return Quantity(value=ratio - 1, unit="1", standard_uncertainty=math.hypot(*known, other) if known else None)
 
     def slip_per_rotation(self, conditions: Any) -> float:
         """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn crowned disc, m."""

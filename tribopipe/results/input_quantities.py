@@ -24,6 +24,8 @@ class Input:
     source: Literal["manifest", "default", "fit", "recipe"]
     above_zero: bool = False
     """Whether it must be, or below zero if its best estimate is: a draw with the other sign is drawn again."""
+    factors: tuple[tuple[str, Quantity], ...] = ()
+    """Names and values of factors whose standard uncertainty is a default; empty for an input that is no product."""
 
     @property
     def spread(self) -> float:
@@ -71,6 +73,8 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
     "sliding_speed": InputQuantity("sliding speed", "mm/s"),
     "track_radius": InputQuantity("radius of the wear track", "mm"),
     "stroke": InputQuantity("stroke", "mm"),
+    "rotational_speed": InputQuantity("rotational speed", "rpm"),
+    "frequency": InputQuantity("frequency", "Hz"),
     "track_length": InputQuantity("length of the wear track", "mm"),
     "depth_scale": InputQuantity("scale of the depth sensor", "1"),
     "pin_end_value": InputQuantity("post-test measurement of the pin", "um"),

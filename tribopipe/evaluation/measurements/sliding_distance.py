@@ -7,7 +7,7 @@ from typing import Literal
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.results.input_quantities import Source, stated_or_default
+from tribopipe.results.input_quantities import Input, relative_input, stated_or_default
 from tribopipe.results.run import RawRun
 
 
@@ -22,8 +22,30 @@ class ToldBy:
     """Input to which a derived sliding distance is proportional."""
 
     name: Literal["sliding_speed", "track_radius", "stroke"]
-    quantity: Quantity
-    source: Source
+    given: Input
+    """The input with its standard uncertainty, stated or by default."""
+
+
+_FACTORS = {
+    "rotational_speed": "sliding_speed",
+    "frequency": "sliding_speed",
+    "track_radius": "track_radius",
+    "stroke": "track_radius",
+}
+"""What a speed is a product of, in pairs, with the name of its default uncertainty."""
+
+
+def _speed_of_motion(speed: Quantity, conditions: Conditions, defaults: DefaultUncertainty) -> Input:
+    """Return a speed that is a product; each factor is as uncertain as stated, or else by its own default."""
+    factors = {
+        name: relative_input(factor, getattr(defaults, default))
+        for name, default in _FACTORS.items()
+        if (factor := getattr(conditions, name)) is not None
+    }
+    share = math.hypot(*(factor.spread / factor.quantity.value for factor in factors.values()))
+    product = speed.model_copy(update={"standard_uncertainty": share * speed.value})
+    unstated = tuple((name, factor.quantity) for name, factor in factors.items() if factor.source == "default")
+    return Input(product, "default" if unstated else "manifest", factors=unstated)
 
 
 def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
@@ -35,20 +57,19 @@ def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
     length, speed = conditions.stroke or conditions.track_radius, conditions.nominal_speed
     if origin == "derived from rotations" and length is not None:
         name: Literal["stroke", "track_radius"] = "track_radius" if conditions.stroke is None else "stroke"
-        return ToldBy(name, *stated_or_default(length, defaults.track_radius * length.value))
+        return ToldBy(name, relative_input(length, defaults.track_radius))
     if origin != "derived from nominal speed" or speed is None:
         return None
-    path = path_length(conditions, defaults) if conditions.sliding_speed is None else None
-    along = 0.0 if path is None else (path.standard_uncertainty or 0.0) / path.value
-    share = math.hypot(defaults.sliding_speed, along)
-    return ToldBy("sliding_speed", *stated_or_default(speed, share * speed.value))
+    if conditions.sliding_speed is None:
+        return ToldBy("sliding_speed", _speed_of_motion(speed, conditions, defaults))
+    return ToldBy("sliding_speed", relative_input(speed, defaults.sliding_speed))
 
 
 def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
     """Return the relative standard uncertainty of the sliding distance; None of one that was measured."""
     if told := told_by(run, defaults):
-        return (told.quantity.standard_uncertainty or 0.0) / told.quantity.value
-    slip = run.manifest.slip
+        return told.given.spread / told.given.quantity.value
+    slip = run.manifest.slip_with(defaults.slip)
     if run.origins.get("sliding_distance") != "derived from nominal slip" or slip is None or not slip.value:
         return None
     speed, radius = run.manifest.conditions.curved_disc_speed, run.manifest.twin_disc.curved_disc.rolling_radius

@@ -322,7 +322,7 @@ def volume_fit(
     inputs = {volume_of(body): Input(volume, way.source) for body, (way, volume) in lost.items()}
     inputs |= {"normal_load": load_input(run, recipe), **known.inputs, **given}
     if told := told_by(run, recipe.uncertainty):
-        inputs[told.name] = Input(told.quantity, told.source)
+        inputs[told.name] = told.given
     end = float(np.nanmax(slid))
     law, limits = law_as_given(model, recipe), run.manifest.described.limits
     findings = tuple(unseen_groove(run, way.unseen_groove, recipe) for way, _ in lost.values() if way.unseen_groove)
