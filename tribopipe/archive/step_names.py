@@ -29,14 +29,14 @@ StepStage = Literal[
 ]
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
-    "clean_up": 1,
+    "clean_up": 2,
     "drift_correction": 9,
-    "friction_fit": 4,
-    "specific_wear": 7,
-    "wear_fit": 13,
-    "prediction": 8,
+    "friction_fit": 5,
+    "specific_wear": 8,
+    "wear_fit": 14,
+    "prediction": 9,
     "local_wear": 1,
-    "study": 10,
+    "study": 11,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""
