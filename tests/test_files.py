@@ -6,9 +6,11 @@ import stat
 import struct
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from tribopipe.archive.history import placed
 from tribopipe.base import files
 
 
@@ -73,6 +75,53 @@ def test_a_folder_that_cannot_be_synced_has_the_file_all_the_same(tmp_path: Path
     monkeypatch.setattr(files.os, "fsync", of_files)
     files.write_file(tmp_path / "x.h5", b"x")
     assert (tmp_path / "x.h5").read_bytes() == b"x"
+
+
+def on_macos(monkeypatch: pytest.MonkeyPatch, error: int = 0) -> list[str]:
+    """Let files be written as on macOS, whose drives may fail; return what is asked of system and drive."""
+    asked: list[str] = []
+
+    def ask_drive(handle: int, command: int) -> int:
+        os.fstat(handle)  # is open
+        assert command == 51
+        asked.append("drive")
+        if error:
+            raise OSError(error, os.strerror(error))
+        return 0
+
+    requests = pytest.importorskip("fcntl", reason="Windows has no such requests")
+    monkeypatch.setattr(requests, "fcntl", ask_drive)
+    monkeypatch.setattr(requests, "F_FULLFSYNC", 51, raising=False)
+    monkeypatch.setattr(files, "sys", SimpleNamespace(platform="darwin"))
+    monkeypatch.setattr(files.os, "fsync", lambda _: asked.append("system"))
+    return asked
+
+
+def test_macos_is_asked_to_empty_the_cache_of_the_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    asked = on_macos(monkeypatch)
+    files.write_file(tmp_path / "x.h5", b"x")
+    assert asked == ["system", "drive"] * 2  # for the content, then for the name
+
+
+def test_history_is_in_the_drive_before_the_file_has_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    asked = on_macos(monkeypatch)
+    with placed(tmp_path, tmp_path / "x.h5", "written") as part:
+        part.write_bytes(b"x")
+    assert asked.count("drive") == asked.count("system") > 2
+
+
+def test_a_share_that_knows_no_such_request_takes_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    asked = on_macos(monkeypatch, errno.ENOTSUP)
+    files.write_file(tmp_path / "x.h5", b"x")
+    assert "drive" in asked
+    assert (tmp_path / "x.h5").read_bytes() == b"x"
+
+
+def test_a_drive_that_fails_is_no_success(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    on_macos(monkeypatch, errno.EIO)
+    with pytest.raises(OSError, match=os.strerror(errno.EIO)):
+        files.write_file(tmp_path / "x.h5", b"x")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])

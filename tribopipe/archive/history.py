@@ -28,7 +28,7 @@ from tribopipe.archive.file_signature import STUDIES, SUFFIX, stamps
 from tribopipe.archive.lock import LOCKS, history_lock
 from tribopipe.archive.seal import state_of
 from tribopipe.base.errors import ArchiveError
-from tribopipe.base.files import replacing
+from tribopipe.base.files import put_on_disk, replacing
 from tribopipe.documents.record import Record
 
 FILE_NAME = "history.jsonl"
@@ -201,7 +201,7 @@ def _added(archive: Path, file: BinaryIO, entries: Sequence[Entry]) -> str:
     try:
         file.write(lines if ended or not size else b"\n" + lines)
         file.flush()
-        os.fsync(file.fileno())
+        put_on_disk(file.fileno())
     except OSError:
         with suppress(OSError):
             os.truncate(file.fileno(), size)

@@ -7,7 +7,7 @@ from tribopipe.archive.file_access import check_adopted
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
 from tribopipe.archive.history import announced
 from tribopipe.archive.lock import writers_lock
-from tribopipe.archive.run_files import SUFFIX
+from tribopipe.archive.run_files import SUFFIX, refuse_other_case
 from tribopipe.archive.seal import state_of
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean
@@ -20,13 +20,13 @@ REMOVED = "removed"
 def remove(archive: Archive, name: str, *, study: bool = False, force: bool = False, by: str | None = None) -> Path:
     """Remove a run or a study from an archive; return the path where it is kept.
 
-    Raises ``ArchiveError`` where there is none of that id, or a study names the run, but for ``force``; or where the
-    archive cannot be written.
+    Raises ``ArchiveError`` where there is none of exactly that id, or a study names the run, but for ``force``; or
+    where the archive cannot be written.
     """
     path = _path(archive, name, study=study)
     try:
         with writers_lock(archive.folder, name):
-            if not path.is_file():
+            if not path.is_file() or name not in _archived(archive, study=study):
                 raise _unknown(archive, name, study=study)
             naming = () if study or force else archive.studies_of(name)
             if naming:
@@ -52,7 +52,7 @@ def restore(archive: Archive, name: str, *, study: bool = False, by: str | None 
     try:
         with writers_lock(archive.folder, name):
             kept = _last(archive, path)
-            if kept is None:
+            if kept is None or name not in removed_ids(archive, study=study):
                 raise _unknown(archive, name, study=study, removed=True)
             if path.exists():
                 raise ArchiveError(
@@ -75,6 +75,11 @@ def removed_ids(archive: Archive, *, study: bool = False) -> list[str]:
 
 def _path(archive: Archive, name: str, *, study: bool) -> Path:
     return archive.study_folder / f"{name}{SUFFIX}" if study else archive.path(name)
+
+
+def _archived(archive: Archive, *, study: bool) -> list[str]:
+    """Return the ids as the folder lists them: Windows and macOS open a file by its name in any letter case."""
+    return archive.study_ids() if study else archive.ids()
 
 
 def _free(archive: Archive, path: Path) -> Path:
@@ -102,8 +107,9 @@ def _unknown(archive: Archive, name: str, *, study: bool, removed: bool = False)
             f"the ID of a {kind} removed with `tribopipe remove`{'' if study else ', or --study for a study'}",
         )
     else:
-        known = archive.study_ids() if study else archive.ids()
+        known = _archived(archive, study=study)
         where, one = f"{archive.folder}: ", f"the ID of an archived {kind}{'' if study else ', or --study for a study'}"
+    refuse_other_case(where, kind, name, known)
     return ArchiveError(f"{where}found no {kind} {name!r}; expected {one}; {did_you_mean(name, known)}")
 
 

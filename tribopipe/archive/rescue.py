@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from tribopipe.base.errors import ArchiveError
-from tribopipe.base.files import stored_size, write_file
+from tribopipe.base.files import move, stored_size, write_file
 from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.manifest import FileName
 from tribopipe.readers.subprocess_readers import answer_about
@@ -69,7 +69,7 @@ def _write(sources: Sequence[SourceFile], folder: Path) -> None:
         for source in sources:
             (made / source.name).parent.mkdir(parents=True, exist_ok=True)
             write_file(made / source.name, source.content)
-        made.rename(folder)
+        move(made, folder)
 
 
 def _sources(path: Path) -> tuple[list[SourceFile], tuple[str, ...], bool]:

@@ -64,6 +64,8 @@ R = TypeVar("R", bound=Record)
 _NO_DRIVE = -1
 SUFFIX = ".h5"
 STUDIES = "studies"
+_IDENTIFIERS = {"run": "entry/identifier_run", "study": "entry/identifier_study"}
+"""Where a file has its ID."""
 
 
 class RunFiles:
@@ -286,7 +288,10 @@ class RunFiles:
 
     def put_study(self, stored: StoredStudy) -> None:
         """Archive a study, in the place of an earlier one of its id."""
-        with self._writing(self.study_folder / f"{stored.study.id}{SUFFIX}") as file:
+        path = self.study_folder / f"{stored.study.id}{SUFFIX}"
+        if path.is_file() and stored.study.id not in (known := self.study_ids()):
+            refuse_other_case(f"{self.folder}: ", "study", stored.study.id, known)
+        with self._writing(path) as file:
             write_study(file, stored)
 
     def adopt(
@@ -336,6 +341,7 @@ class RunFiles:
             )
         with opened(path) as file:
             check_format(file, path, STUDY_FORMAT)
+            self._refuse_other_case(file, "study", study_id)
             yield file
 
     def studies_of(self, run_id: str) -> list[str]:
@@ -417,9 +423,15 @@ class RunFiles:
                 f"{self.folder}: found no run {run_id!r}; expected the ID of an archived run; "
                 f"{did_you_mean(run_id, self.ids())}"
             )
-        with opened(path, parts) as file:
+        with opened(path, None if parts is None else [*parts, _IDENTIFIERS["run"]]) as file:
             check_format(file, path, RUN_FORMAT)
+            self._refuse_other_case(file, "run", run_id)
             yield file
+
+    def _refuse_other_case(self, file: h5py.File, kind: Literal["run", "study"], identifier: str) -> None:
+        """Refuse a file that Windows or macOS opened although its name is in another letter case."""
+        if not isinstance(self.folder, RemotePath) and _IDENTIFIERS[kind] in file:
+            refuse_other_case(f"{self.folder}: ", kind, identifier, [text(file, _IDENTIFIERS[kind])])
 
     @contextmanager
     def _rewriting(self, run_id: str) -> Iterator[tuple[h5py.File, h5py.File]]:
@@ -543,6 +555,17 @@ def _names_in(folder: Path) -> list[str]:
         raise ArchiveError(
             f"{folder}: cannot be read ({error.strerror or error}); expected an archive folder; check its permissions"
         ) from None
+
+
+def refuse_other_case(where: str, kind: str, identifier: str, known: Iterable[str]) -> None:
+    """Raise ``ArchiveError`` where the ID asked for is not known, but one that differs only in letter case is."""
+    there = list(known)
+    other = next((one for one in there if one.casefold() == identifier.casefold()), None)
+    if other is not None and identifier not in there:
+        raise ArchiveError(
+            f"{where}found the {kind} {other!r}, but no {kind} {identifier!r}; expected the ID with the same "
+            f"upper- and lower-case letters; use {other!r}, or choose a different ID for a new {kind}"
+        )
 
 
 def _refuse_odd(path: Path) -> None:

@@ -5,6 +5,7 @@ import hashlib
 import os
 import re
 import stat
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -137,7 +138,7 @@ def replacing(path: Path, placing: Placing = nullcontext) -> Iterator[Path]:
         with undone_by(partial(part.unlink, missing_ok=True)):
             yield part
             with part.open("rb+") as written:
-                os.fsync(written.fileno())
+                put_on_disk(written.fileno())
             _give_rights(part, path, there)
             with placing(part):
                 _take_place(part, path)
@@ -181,7 +182,10 @@ def _blamed_on(path: Path) -> Iterator[None]:
 
 
 def _take_place(part: Path, path: Path) -> None:
-    """Give a temporary file its name; Windows refuses that while a reader has the old file open, so try for a while."""
+    """Give a temporary file or folder its name, if need be after some time.
+
+    Windows refuses that while a reader has the old file open, or a file in the folder.
+    """
     for wait in (*_WAITS, None):
         try:
             part.replace(path)
@@ -194,11 +198,28 @@ def _take_place(part: Path, path: Path) -> None:
 
 
 def move(old: Path, new: Path) -> None:
-    """Move a file to where there is none, on the same drive, into a folder that is made for it."""
+    """Move a file or a folder to where there is none, on the same drive, into a folder that is made for it."""
     new.parent.mkdir(parents=True, exist_ok=True)
     _take_place(old, new)
     for folder in (new.parent, old.parent):
         _sync_folder(folder)
+
+
+def put_on_disk(handle: int) -> None:
+    """Return once what was written to an open file outlasts a power failure.
+
+    On macOS, ``os.fsync`` leaves it in the cache of the drive, which has a request of its own; not every share knows
+    it. Raises ``OSError`` where the disk is full or fails.
+    """
+    os.fsync(handle)
+    if sys.platform == "darwin":
+        import fcntl  # which Windows does not have
+
+        try:
+            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
+        except OSError as error:
+            if error.errno in (errno.EIO, errno.ENOSPC):
+                raise
 
 
 def _sync_folder(folder: Path) -> None:
@@ -212,7 +233,7 @@ def _sync_folder(folder: Path) -> None:
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
-            os.fsync(handle)
+            put_on_disk(handle)
         finally:
             os.close(handle)
 
@@ -257,6 +278,13 @@ def write_file(path: Path, content: bytes | memoryview) -> None:
 def natural_order(name: str) -> list[tuple[str, int]]:
     """Return a key that sorts "400mN" before "1200mN"."""
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d{0,18})", name)]
+
+
+def file_order(name: str) -> tuple[list[list[tuple[str, int]]], str]:
+    """Return a key for names of files: natural order without the suffix, so that "run.csv" is before "run-1.csv"."""
+    stem, _, suffix = name.rpartition(".")
+    # Part by part, since "." sorts between the other signs that may follow a name.
+    return [natural_order(part) for part in (stem or suffix).split(".")], suffix
 
 
 def natural_key(name: str) -> bytes:

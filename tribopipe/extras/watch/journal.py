@@ -5,7 +5,6 @@ became of, and survives crashes.
 """
 
 import json
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from tribopipe.base.errors import ArchiveError
-from tribopipe.base.files import clear_leftovers_of, write_file
+from tribopipe.base.files import clear_leftovers_of, put_on_disk, write_file
 from tribopipe.documents.record import Record
 from tribopipe.extras.watch.drops import Drop
 
@@ -104,7 +103,7 @@ class Journal:
         with self._path.open("a", encoding="ascii", newline="\n") as file:
             file.write(_line(entry))
             file.flush()
-            os.fsync(file.fileno())
+            put_on_disk(file.fileno())
         self.hold(entry)
 
     def hold(self, entry: Entry) -> None:
