@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribopipe.base.errors import ManifestError, ReaderError
+from tribopipe.base.files import move
 from tribopipe.base.process_lifecycle import undone_by
 from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import MANIFEST_NAME, MANIFEST_SCHEMA, EndValues, RunManifest, is_described
@@ -31,7 +32,13 @@ from tribopipe.readers.draft.run_files import (
     steps_left_together,
     which_profile,
 )
-from tribopipe.readers.draft.run_toml import Draft, depth_left_open, friction_left_open, manifest_text
+from tribopipe.readers.draft.run_toml import (
+    Draft,
+    depth_left_open,
+    friction_left_open,
+    manifest_text,
+    units_contradicted,
+)
 from tribopipe.readers.draft.value_sources import doubt_names, gather, offer_typical, propose_recorded, take_radius
 from tribopipe.readers.export_files import Export, chosen_reader, open_export, read_export
 from tribopipe.readers.harmonize import read_run
@@ -166,6 +173,9 @@ def make_planned(plans: Sequence[RunPlan], wanted: Wanted, ask: Ask | None, say:
     with ExitStack() as stack:
         parts = [stack.enter_context(_building(plan.target)) for plan in plans]
         problems = [_fill(part, plan.draft, plan.sources) for part, plan in zip(parts, plans, strict=True)]
+        for part, plan in zip(parts, plans, strict=True):
+            _take_place(part, plan.target)
+            stack.enter_context(undone_by(partial(shutil.rmtree, plan.target, ignore_errors=True)))
     return [_new_run(*one) for one in zip(plans, problems, accepted, strict=True)]
 
 
@@ -255,9 +265,11 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     draft = plan.draft
     notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
     notes |= dict.fromkeys([*draft.known.dissent, *draft.known.in_dispute(), *profiles_left_open(draft.known)])
-    notes |= dict.fromkeys(_one_test(group) for group in draft.groups if group.clocks_begin_anew)
+    notes |= dict.fromkeys(note for group in draft.groups if (note := _one_test(group)))
     notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
     notes |= dict.fromkeys(note for export in plan.exports if (note := depth_left_open(export, draft.columns)))
+    for export in plan.exports:
+        notes |= dict.fromkeys(units_contradicted(export, draft.columns, draft.template))
     if draft.step is None:
         notes |= dict.fromkeys(note for export in plan.exports if (note := steps_left_together(export)))
     missing, bodies_lack = draft.known.missing, draft.known.bodies_lack
@@ -275,11 +287,21 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     )
 
 
-def _one_test(group: Group) -> str:
-    return (
-        f"{len(group.exports)} files are treated as one test, in sequence, although the clock restarts in each; "
-        "for separate tests, create one run per file, or use `tribopipe watch FOLDER`"
-    )
+def _one_test(group: Group) -> str | None:
+    """Report that files are taken as one test where their times contradict their order."""
+    count = len(group.exports)
+    if group.order_of_times:
+        return (
+            f"{count} files are treated as one test in the order of their names, although their recorded times give "
+            f"the order {', '.join(group.order_of_times)}; if the times are correct, correct the order of files in "
+            "run.toml"
+        )
+    if group.clocks_begin_anew:
+        return (
+            f"{count} files are treated as one test, in sequence, although the clock restarts in each; "
+            "for separate tests, create one run per file, or use `tribopipe watch FOLDER`"
+        )
+    return None
 
 
 def _defaults(wanted: Wanted) -> _Defaults:
@@ -344,19 +366,30 @@ def _refuse_taken(target: Path) -> None:
 
 @contextmanager
 def _building(target: Path) -> Iterator[Path]:
-    """Give a temporary folder next to ``target`` that takes its place on success and vanishes on failure."""
+    """Give a temporary folder next to ``target`` that vanishes on failure."""
     part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     with undone_by(partial(shutil.rmtree, part, ignore_errors=True)):
         try:
             part.mkdir()
         except PermissionError as error:
-            raise ManifestError(
-                f"{target}: cannot be created ({error.strerror}); expected a folder with write permission; "
-                "specify another folder with --into"
-            ) from error
+            raise _not_created(target, error) from error
         yield part
-        _refuse_taken(target)
-        part.rename(target)
+
+
+def _take_place(part: Path, target: Path) -> None:
+    """Give a temporary folder its name; on Windows once no other program, such as a virus scanner, reads in it."""
+    _refuse_taken(target)
+    try:
+        move(part, target)
+    except PermissionError as error:
+        raise _not_created(target, error) from error
+
+
+def _not_created(target: Path, error: OSError) -> ManifestError:
+    return ManifestError(
+        f"{target}: cannot be created ({error.strerror}); expected a folder with write permission; "
+        "specify another folder with --into"
+    )
 
 
 def _fill(part: Path, draft: Draft, sources: Sequence[SourceFile]) -> str | None:
