@@ -73,7 +73,35 @@ def test_unit_at_the_end_of_a_name_unless_it_may_be_an_index():
 def test_vectors_of_other_lengths_are_left_out_with_a_note():
     table = read(mat(recorded() | {"calibration": np.arange(7.0)}))
     assert "calibration" not in columns(table)
-    assert table.notes == ("the vector 'calibration' has another length and is omitted",)
+    assert table.notes == (
+        "variable 'calibration' is omitted: no vector of real numbers of the same length, and no list of column names",
+    )
+
+
+@pytest.mark.parametrize(
+    "left_out",
+    others_slow(
+        [
+            np.arange(2.0 * N).reshape(N, 2),
+            TIME * 1j,
+            np.zeros((N, 2, 2)),
+            np.ones((N, 2)) * 1j,
+        ],
+        first=2,
+    ),
+)
+def test_matrices_without_names_and_complex_vectors_are_left_out_with_a_note(left_out):
+    table = read(mat(recorded() | {"calibration": left_out}))
+    assert list(columns(table)) == list(recorded())
+    assert [note for note in table.notes if "'calibration'" in note] == list(table.notes) != []
+
+
+def test_what_is_no_signal_is_left_out_without_a_note():
+    """Settings, texts, names of columns and matrices with names need no note."""
+    named = {"data": np.column_stack([TIME, 2 * TIME]), "names": np.array(["A", "B"], dtype=object)}
+    table = read(mat(recorded() | named | {"operator": "N. N.", "load_N": 5.0, "phase": 1j, "empty": np.zeros((0, 0))}))
+    assert table.notes == ()
+    assert {"A", "B"} < set(columns(table))
 
 
 @pytest.mark.slow

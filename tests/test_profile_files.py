@@ -63,6 +63,63 @@ def test_tables_with_names(header):
     np.testing.assert_allclose(profile.height, grooved(X), atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Height [µm];Position [mm]",
+        *others_slow(
+            [
+                "Höhe [µm];Weg [mm]",
+                "Profile (µm);Lateral (mm)",
+                "Wear track depth [µm];A [mm]",
+                "B [µm];Distance [mm]",
+                "Z position [µm];X position [mm]",
+                "Hauteur [µm];Déplacement horizontal [mm]",
+                "高さ [µm];位置 [mm]",
+                "z [µm];y [mm]",
+            ]
+        ),
+    ],
+)
+def test_height_may_come_before_position_where_names_tell(header):
+    text = header + "\n" + "".join(f"{b * 1e6:.6f};{a * 1e3:.6f}\n" for a, b in zip(X, grooved(X), strict=True))
+    _, (profile,), _ = profiles(text)
+    np.testing.assert_allclose(profile.position, X, atol=1e-9)
+    np.testing.assert_allclose(profile.height, grooved(X), atol=1e-12)
+
+
+def test_with_one_column_in_run_toml_the_other_length_is_the_other():
+    text = "A [µm],B [mm]\n" + "".join(f"{b * 1e6:.6f},{a * 1e3:.6f}\n" for a, b in zip(X, grooved(X), strict=True))
+    for keys in ({"height": "A"}, {"position": "B"}):
+        _, (profile,), _ = profiles(text, **keys)
+        np.testing.assert_allclose(profile.position, X, atol=1e-9)
+        np.testing.assert_allclose(profile.height, grooved(X), atol=1e-12)
+
+
+def test_scan_forth_and_back_is_refused():
+    back = X[::-1] + 0.1e-6
+    text = bare([*X, *back], grooved(np.array([*X, *back])))
+    with pytest.raises(ReaderError, match=r"p\.txt, column .*: found positions that run back by 0\.6 mm.*single pass"):
+        profiles("mm um\n" + text)
+
+
+def test_heights_under_the_name_of_positions_are_refused():
+    wavy = (np.sin(X / 20e-6) + X) * 1e-6
+    text = "A [µm],B [mm]\n" + "".join(f"{b * 1e6:.12f},{a * 1e3:.6f}\n" for a, b in zip(X, wavy, strict=True))
+    with pytest.raises(ReaderError, match=r"column 'A.*: found positions that run back.*position"):
+        profiles(text)
+
+
+@pytest.mark.parametrize("x", others_slow([X, X[::-1]]))
+def test_jitter_of_positions_is_no_second_pass(x):
+    jitter = np.random.default_rng(1).normal(0, 3e-6, len(x))  # five times the spacing
+    pairs = zip(x + jitter, grooved(x + jitter), strict=True)
+    text = "mm um\n" + "".join(f"{a * 1e3:.9f}\t{b * 1e6:.6f}\n" for a, b in pairs)
+    _, (profile,), notes = profiles(text)
+    assert notes == []
+    np.testing.assert_allclose(profile.position, np.sort(x + jitter), atol=1e-9)
+
+
 def test_columns_that_cannot_be_told_have_to_be_said():
     text = rows(X * 1e3, grooved(X) * 1e6)
     for header in ("position [mm],time [s]", "a,b"):

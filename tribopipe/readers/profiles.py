@@ -2,7 +2,9 @@
 
 A file is read by the reader that run.toml names, by one that knows its content to be a profile, or as any other table.
 Which columns are position and height is for run.toml to state, else for the format. Where neither does, columns called
-x, y and z are taken, or the two columns of a table that has just two, both of them lengths.
+x, y and z are taken, or the two columns of a table that has just two, both of them lengths: by their names where these
+tell, such as height and lateral position, else the first as the position. A column of positions that runs back over
+more than jitter is refused, since it is of several passes, or of something else.
 
 A file may hold several profiles: several columns of heights, one for each pass, or a map. A map gives one profile for
 each scan line along x, or along the column that run.toml names as position, with the position of that line across the
@@ -13,6 +15,7 @@ Each profile has a key by its place in run.toml: "end_values.disc_profile" where
 Scan lines of a map measured before the test have keys of their own: "end_values.disc_profile.before[0]", ….
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
@@ -26,6 +29,7 @@ from tribopipe.base.units import is_unit_of, show
 from tribopipe.documents.contact_kinds import ROLES
 from tribopipe.documents.manifest import ColumnSource, EndValues, ProfileSource, RunManifest, is_described
 from tribopipe.readers.column_mapping import column_in_si, find_column, read_source
+from tribopipe.readers.column_meanings import names_of, plain
 from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import (
     Axis,
@@ -43,6 +47,22 @@ from tribopipe.results.run import Profile, SourceFile, before_key
 
 _FEWEST = 20
 """Points by which shoulders and track can be distinguished."""
+_FARTHEST_BACK = 0.1
+"""Share of all positions by which a single pass may run back, because of jitter."""
+_EITHER = frozenset(("displacement", "przemieszczenie", "位移", "変位"))
+"""Synonyms of the depth of a signal that may be a position in a profile."""
+_HEIGHTS = (
+    "z height vertical elevation topography profile hoehe höhe profilhöhe profilhoehe vertikal profil hauteur "
+    "altitude altura altezza quota perfil profilo wysokość głębokość výška hloubka höjd djup 高度 高さ 深度 深さ"
+)
+_POSITIONS = (
+    "x position pos lateral horizontal abscissa length width scan path tastweg messweg verfahrweg taststrecke "
+    "messstrecke länge laenge breite horizontale abscisse largeur longueur posición abscisa longitud ancho "
+    "posizione ascissa lunghezza larghezza pozycja położenie długość szerokość poloha läge 位置 長さ 长度"
+)
+_HEIGHT_WORDS = frozenset(map(plain, _HEIGHTS.split())) | (frozenset(names_of("depth")) - _EITHER)
+_POSITION_WORDS = frozenset(map(plain, _POSITIONS.split())) | frozenset(names_of("sliding_distance"))
+_WORD = re.compile(r"[^\W\d_]+")
 
 
 @dataclass
@@ -235,8 +255,10 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
     along, heights = axes["x"][:1], axes["z"]
     if named.position is not None:
         along = [find_column(table, named.position.column, "position", named.file)]
+        heights = _without(along[0], heights, axes["x"])
     if named.height is not None:
         heights = [find_column(table, named.height.column, "height", named.file)]
+        along = along if named.position is not None else _without(heights[0], along, axes["z"])
     if not along or not heights:
         names = ", ".join(repr(column.name) for column in table.columns[:8])
         raise ReaderError(
@@ -246,6 +268,13 @@ def _columns(table: ReadTable, named: ProfileSource, key: str) -> _Columns:
         )
     others = [column for column in (*axes["x"], *axes["y"]) if column.name not in (along[0].name, heights[0].name)]
     return _Columns(along[0], heights, others[0] if axes["y"] and others else None)
+
+
+def _without(taken: ReadColumn, columns: list[ReadColumn], others: list[ReadColumn]) -> list[ReadColumn]:
+    """Return columns without the one that run.toml names as something else; the others where it was the only one."""
+    if [column.name for column in columns] != [taken.name]:
+        return [column for column in columns if column.name != taken.name]
+    return [column for column in others if column.name != taken.name]
 
 
 def tells_axes(table: ReadTable) -> bool:
@@ -263,7 +292,15 @@ def _axes(table: ReadTable) -> dict[Axis, list[ReadColumn]]:
     by_name = {axis: [column for column in columns if bare_name(column.name).lower() == axis] for axis in wanted}
     if (by_name["x"] and by_name["z"]) or len(columns) != 2 or not all(map(_is_length, columns)):
         return by_name
-    return {"x": [columns[0]], "y": [], "z": [columns[1]]}
+    position, height = sorted(columns, key=_place_by_name)
+    return {"x": [position], "y": [], "z": [height]}
+
+
+def _place_by_name(column: ReadColumn) -> int:
+    """Return -1 for a name of positions and 1 for one of heights; 0 where it is neither, or both: "z position"."""
+    name = bare_name(column.name)
+    words = {plain(name), *map(plain, _WORD.findall(name))}
+    return int(not words.isdisjoint(_HEIGHT_WORDS)) - int(not words.isdisjoint(_POSITION_WORDS))
 
 
 def _is_length(column: ReadColumn) -> bool:
@@ -302,6 +339,7 @@ def _profile(position: Column, height: Column, column: str, file: str, notes: li
     order = np.argsort(position, kind="stable")
     profile = Profile(position[order], height[order])
     _refuse_repeats(profile.position, column, file)
+    _refuse_several_passes(position, column, file)
     return profile
 
 
@@ -335,4 +373,17 @@ def _refuse_repeats(position: Column, column: str, file: str) -> None:
         raise ReaderError(
             f"{where}: found the position {show(first, None, 'm', 'mm')} {np.count_nonzero(position == first)} times; "
             "expected each position once; export a single pass across the track, with enough digits in the positions"
+        )
+
+
+def _refuse_several_passes(position: Column, column: str, file: str) -> None:
+    """Refuse positions that run back over more than jitter: to sort them would merge passes, or scramble a profile."""
+    rises = np.max(np.maximum.accumulate(position) - position)
+    falls = np.max(position - np.minimum.accumulate(position))
+    back = float(min(rises, falls))
+    if back > _FARTHEST_BACK * np.ptp(position):
+        raise ReaderError(
+            f"{file}, column {column!r}: found positions that run back by {show(back, None, 'm', 'mm')}; expected a "
+            "single pass across the track; export each pass as a separate file, or map the column that contains the "
+            "positions"
         )

@@ -42,6 +42,7 @@ _UNITS = {
 }
 """Units at the end of a name, with the fewest letters of the name before each."""
 _SPELLINGS = {"mps": "m/s"}
+_OMITTED = "is omitted: no vector of real numbers of the same length, and no list of column names"
 
 
 class MatlabReader:
@@ -111,7 +112,7 @@ def _read(said: list[dict[str, Any]], numbers: NDArray[np.float64]) -> Iterator[
             columns.append(ReadColumn(column["name"], numbers[start:end].astype(np.float64), _split(column["name"])[1]))
             start = end
         header = "".join(f"{_label(name)}\t{value}\n" for name, value in table["settings"])
-        notes = [f"the vector {name!r} has another length and is omitted" for name in table["omitted"]]
+        notes = [f"variable {name!r} {_OMITTED}" for name in table["omitted"]]
         yield table["name"] or "workspace", ReadTable(tuple(columns), header, tuple(notes))
 
 

@@ -1,8 +1,9 @@
 """Variables of a MAT-file (MATLAB, Octave) as tables.
 
 The answer is a line of JSON with the tables, then their numbers as float64. A table is made of the vectors of one
-length in the workspace or a struct; a matrix counts where a list of as many names stands next to it. Numbers and texts
-that stand next to the vectors, in a struct of their own or further outside are settings.
+length in the workspace or a struct; a matrix counts where a list of as many names stands next to it. Other arrays of
+numbers next to them are named as omitted. Numbers and texts that stand next to the vectors, in a struct of their own or
+further outside are settings.
 """
 
 import io
@@ -48,7 +49,7 @@ def _tables(path: str, struct: Mapping[str, Any], outside: list[tuple[str, str]]
     rows = Counter(len(values) for _, values in columns).most_common(1)
     kept = [(name, values) for name, values in columns if len(values) == rows[0][0]]
     if len(kept) > 1:
-        omitted = [name for name, values in columns if len(values) != rows[0][0]]
+        omitted = [name for name, values in columns if len(values) != rows[0][0]] + _without_columns(struct)
         yield {"name": path, "settings": settings, "omitted": omitted, "columns": kept}
     if path.count(".") < _DEEPEST:
         for name, inner in _structs(struct):
@@ -75,15 +76,35 @@ def _settings(struct: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _columns(struct: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """Give vectors, and columns of matrices whose names stand next to them."""
-    lists = [names for names in map(_names, struct.values()) if names]
+    lists = _lists_of_names(struct)
     for name, value in struct.items():
-        if not (isinstance(value, np.ndarray) and value.dtype.kind in "fiub"):
-            continue
-        if value.ndim == 1 and len(value) > 1:
-            yield name, value
-        elif value.ndim == 2:
-            names = next((names for names in lists if len(names) == value.shape[1]), ())
-            yield from zip(names, value.T, strict=False)
+        yield from _columns_of(name, value, lists)
+
+
+def _columns_of(name: str, value: Any, lists: list[list[str]]) -> Iterator[tuple[str, Any]]:
+    """Give the columns of one variable; none of complex numbers, which no signal consists of."""
+    if not (isinstance(value, np.ndarray) and value.dtype.kind in "fiub"):
+        return
+    if value.ndim == 1 and len(value) > 1:
+        yield name, value
+    elif value.ndim == 2:
+        names = next((names for names in lists if len(names) == value.shape[1]), ())
+        yield from zip(names, value.T, strict=False)
+
+
+def _without_columns(struct: Mapping[str, Any]) -> list[str]:
+    """Name the arrays of numbers that give no column: matrices without names next to them, and complex vectors."""
+    lists = _lists_of_names(struct)
+    arrays = {
+        name: value
+        for name, value in struct.items()
+        if isinstance(value, np.ndarray) and value.dtype.kind in "fiubc" and value.size > 1
+    }
+    return [name for name, value in arrays.items() if not any(True for _ in _columns_of(name, value, lists))]
+
+
+def _lists_of_names(struct: Mapping[str, Any]) -> list[list[str]]:
+    return [names for names in map(_names, struct.values()) if names]
 
 
 def _names(value: Any) -> list[str]:
