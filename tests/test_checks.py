@@ -19,7 +19,7 @@ from tribopipe.evaluation.checks import (  # noqa: F401 - importing registers th
 )
 from tribopipe.evaluation.checks.registry import CHECKS, check_run, refuse_errors
 from tribopipe.readers.harmonize import read_run
-from tribopipe.results.run import AT_A_LEVER, ExtraColumn, Profile, Recording
+from tribopipe.results.run import AT_A_LEVER, READ_IN, ExtraColumn, Profile, Recording
 
 
 @pytest.fixture(scope="module")
@@ -546,6 +546,12 @@ CASES = {
         lambda run: replace(run, notes=(f"signals.csv: friction_force in N {AT_A_LEVER} 4.49 mm from the axis",)),
         "signals",
         lambda run: replace(run, notes=("signals.csv: friction_force in N*mm is treated as a torque about the axis",)),
+    ),
+    "units_disagree": (
+        "warning",
+        lambda run: replace(run, notes=(f"signals.csv: column 'h [mm]' is in mm in the file, but {READ_IN} um",)),
+        "signals",
+        AS_IT_IS,
     ),
     "unused_signal": (
         "warning",

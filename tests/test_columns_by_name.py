@@ -106,6 +106,78 @@ def test_what_is_not_used_is_named(tmp_path, names, why):
     assert any(why in warning.message for warning in warnings)
 
 
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("Humidity (RH)", "relative_humidity and is not used: its unit 'RH' is not a unit of percentage"),
+        ("Temp (F)", "temperature and is not used: its unit 'F' is not a unit of temperature"),
+        ("Wear [mg]", "depth and is not used: its unit 'mg' is not a unit of length"),
+        ("Friction (µ)", "friction_force and is not used: its unit is unknown"),
+        ("Friction (u)", "friction_force and is not used: its unit is unknown"),
+    ],
+)
+def test_a_unit_of_another_kind_is_named(tmp_path, name, why):
+    run = read_run(made(tmp_path, names=f"Time [s];{name};Fz [mN];x"))
+    assert run.unused == (f"signals.csv: column {name!r} seems to be {why}",)
+
+
+def test_a_rotational_speed_is_no_doubtful_sliding_speed(tmp_path):
+    assert not read_run(made(tmp_path, names="Time [s];Depth [um];Speed [rpm];Fn [mN]")).unused
+
+
+@pytest.mark.parametrize("name", ["COF (µ)", "COF [μ]", "COF (u)"])
+def test_a_lone_micro_is_no_unit(tmp_path, name):
+    run = read_run(made(tmp_path, names=f"Time [s];Depth [um];{name};Fn [mN]"))
+    assert run.columns["friction_coefficient"][:2] == pytest.approx([100, 101])
+    assert not run.unused
+
+
+@pytest.mark.parametrize(
+    ("names", "more"),
+    [
+        ("Time [s];Temp (C);Ff [mN];Fn [mN]", ""),
+        ("Time [s];Temperature (C);Ff [mN];Fn [mN]", ""),
+        ("Time [s];Bath (C);Ff [mN];Fn [mN]", "[signals.columns]\ntime = 'Time [s]'\ntemperature = 'Bath (C)'\n"),
+    ],
+)
+def test_coulombs_of_a_temperature_are_degrees(tmp_path, names, more):
+    assert read_run(made(tmp_path, names=names, more=more)).columns["temperature"][0] == pytest.approx(273.15)
+
+
+@pytest.mark.parametrize("form", ["(hh:mm:ss)", "[mm:ss]", "(h:mm:ss)", "(HH:MM:SS.sss)", "[hh:mm:ss,000]"])
+def test_clock_form_behind_the_name_of_the_time_is_no_part_of_it(tmp_path, form):
+    rows = [f"9:{n // 60:02d}:{n % 60:02d};{n * 0.01:.2f};100.0;200.0" for n in range(100)]
+    run = read_run(made(tmp_path, rows, names=f"Time {form};Depth [um];Ff [mN];Fn [mN]"))
+    assert run.origins["time"] == "measured"
+    assert run.columns["time"][-1] == 99
+
+
+@pytest.mark.parametrize(
+    ("unit", "note"),
+    [
+        ("um", "column 'Depth [mm]' is in mm in the file, but is read in um as stated in run.toml"),
+        ("millimeter", None),
+    ],
+)
+def test_a_stated_unit_that_contradicts_the_file_is_noted(tmp_path, unit, note):
+    more = f"[signals.columns]\ntime = 'Time [s]'\ndepth = {{ column = 'Depth', unit = '{unit}' }}\n"
+    run = read_run(made(tmp_path, names=NAMES.replace("um", "mm"), more=more))
+    assert run.columns["depth"][100] == pytest.approx(1e-6 if unit == "um" else 1e-3)
+    assert [one for one in run.notes if "Depth" in one] == ([f"signals.csv: {note}"] if note else [])
+
+
+@pytest.mark.parametrize(("scale", "noted"), [("", True), ("scale = -1", True), ("scale = 1000", False)])
+def test_a_described_unit_that_contradicts_the_file_is_noted(tmp_path, scale, noted):
+    text = 'schema = "tribopipe.reader/1"\nname = "rig"\ntitle = "Rig"\n[columns.Depth]\nsignal = "depth"\n'
+    (tmp_path / "rig.toml").write_text(f'{text}unit = "um"\n{scale}\n', encoding="utf-8")
+    names, row = NAMES.replace("um", "mm"), 'file = "signals.csv"\nreader = "rig.toml"\n'
+    folder = made(tmp_path, names=names)
+    told = (folder / "run.toml").read_text(encoding="utf-8").replace('file = "signals.csv"\n', row)
+    (folder / "run.toml").write_text(told, encoding="utf-8")
+    note = "signals.csv: column 'Depth [mm]' is in mm in the file, but is read in um as stated in the profile 'rig'"
+    assert (note in read_run(folder).notes) == noted
+
+
 def test_words_under_the_name_of_a_signal_are_named(tmp_path):
     rows = [row.replace(";100.0;", ";on;").replace(";101.0;", ";off;").replace(";102.0;", ";on;") for row in ROWS]
     run = read_run(made(tmp_path, rows, names=NAMES.replace("Ff [mN]", "friction_force")))

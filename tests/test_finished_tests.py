@@ -93,6 +93,14 @@ def test_a_workbook_tells_the_same(run_cli, lab):
     assert run_toml("A1")["end_values"]["disc_mass_loss"] == "1.2 mg"
 
 
+def test_numbers_of_specimens_in_a_workbook_are_whole(run_cli, lab):
+    head, row = (line.split(";") for line in (HEAD, ROWS[0].replace(",", ".")))
+    row[0] = "17"
+    (lab / "tests.xlsx").write_bytes(xlsx({"2026": [head, [float(c) if c[0].isdigit() else c for c in row]]}))
+    assert run_cli("new", "tests.xlsx", "--each-row", "--template", "lab.toml").exit_code == 0
+    assert run_toml("17")["end_values"]["disc_mass_loss"] == "1.2 mg"
+
+
 def test_what_is_missing_is_named(run_cli, lab):
     table(lab, "A1;;0.1;500;6;;;;0.6;")
     made = run_cli("new", "tests.csv", "--each-row", "--json")

@@ -170,8 +170,6 @@ def column(name: str, unit: str | None = None, signal=None) -> ReadColumn:
         ("sliding distance", "mm", "sliding_distance"),
         ("rH", "%", "relative_humidity"),
         ("Revolutions", None, "rotations"),
-        ("Ft", "V", None),
-        ("Friction", "%", None),
         ("Angle", "deg", None),
     ],
 )
@@ -185,7 +183,10 @@ def test_meanings_by_name(name, unit, signal):
     ("columns", "doubted"),
     [
         ([column("Time")], {"Time"}),
-        ([column("RH", "1")], set()),
+        ([column("RH", "1")], {"RH"}),
+        ([column("Ft", "V")], {"Ft"}),
+        ([column("Friction", "%")], {"Friction"}),
+        ([column("Ft", "V"), column("Friction", "N")], set()),
         ([column("RH")], {"RH"}),
         ([column("Weg", "um")], {"Weg"}),
         ([column("COF"), column("mu")], {"COF", "mu"}),

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -302,6 +303,33 @@ def test_files_that_continue_each_other_are_put_in_natural_order(lab):
     assert made.notes[-1].startswith("3 files are treated as one test, in sequence, although the clock restarts")
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["test", "test2", "test10"],
+        ["run", "run-1", "run-2"],
+        ["x", "x (2)", "x (10)"],
+        ["x", "x_1", "x_2"],
+        ["log", "log.1", "log.2"],
+        ["test.log", "test2.log"],
+    ],
+)
+def test_first_file_has_no_number(lab, names):
+    files = put(lab, **{name: table("Ff [N]", [1, 2]) for name in reversed(names)})
+    made = make_run(Wanted(files, settings=[LOAD]))
+    assert made.groups[0].names == tuple(f"{name}.csv" for name in names)
+
+
+def test_times_in_another_order_than_the_names_are_noted(lab):
+    first, second = table("Ff [N]", range(30)), table("Ff [N]", range(30)).replace(b"\n", b"\n1")
+    later = second.removesuffix(b"1").replace(b"1Time", b"Time")
+    made = make_run(Wanted(put(lab, a=later, b=first), settings=[LOAD]))
+    assert made.notes == (
+        "2 files are treated as one test in the order of their names, although their recorded times give the order "
+        "b.csv, a.csv; if the times are correct, correct the order of files in run.toml",
+    )
+
+
 def test_files_whose_clock_goes_on_need_no_word_about_it(lab):
     first, second = table("Ff [N]", range(30)), table("Ff [N]", range(30)).replace(b"\n", b"\n1")
     made = make_run(Wanted(put(lab, a=first, b=second.removesuffix(b"1").replace(b"1Time", b"Time")), settings=[LOAD]))
@@ -464,6 +492,14 @@ def test_a_template_gives_what_stays_the_same(lab):
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert "# from lab.toml" in text
     assert "pin_scar_diameter" not in text  # a flat pin has none
+
+
+def test_a_unit_of_a_template_that_contradicts_the_file_is_noted(lab):
+    columns = 'time = "Time [s]"\nfriction_force = { column = "Ft", unit = "mN" }\n'
+    text = f'schema = "tribopipe.template/1"\n[signals.columns]\n{columns}'
+    (lab / "lab.toml").write_text(text, encoding="utf-8")
+    made = make_run(Wanted(put(lab, a=table("Ft [N]", [1, 2])), template=lab / "lab.toml", settings=[LOAD]))
+    assert made.notes == ("a.csv: column 'Ft [N]' is in N in the file, but is read in mN as stated in lab.toml",)
 
 
 @pytest.mark.parametrize(
@@ -629,8 +665,7 @@ def test_whatever_headers_and_names_hold_the_manifest_parses_back_equal(facts, n
     assert told["signals"][0]["file"] == name
     assert told["signals"][0]["columns"]["time"] == "time"
     for key, value in known.values.items():
-        table, _, last = key.rpartition(".")
-        assert (told[table] if table else told)[last] == value
+        assert reduce(lambda table, name: table[name], key.split("."), told) == value
         assert value in (facts[key], value_of(facts[key]))
 
 

@@ -116,14 +116,44 @@ def formatted(style: int, number: float) -> Xml:
     return Xml(f'<c r="{{ref}}" s="{style}"><v>{number!r}</v></c>')
 
 
-def test_durations_and_times_of_day_are_seconds():
-    days = [second * 1.5 / 86400 for second in range(3)]
-    rows = [[formatted(2, day), formatted(3, day), 1.0] for day in days]
-    table = read(xlsx({"Data": [["Time", "Clock", "Ft [N]"], *rows]}))
-    assert [(column.name, column.unit) for column in table.columns[:2]] == [("Time", "s"), ("Clock", "s")]
-    assert columns(table)["Time"] == pytest.approx([0, 1.5, 3])
-    assert columns(table)["Clock"] == pytest.approx([0, 1.5, 3])
-    assert table.notes[0] == "column 'Time' contains durations or times of day, which are converted to seconds"
+def test_durations_are_seconds():
+    rows = [[formatted(2, day), 1.0] for day in (1.5 / 86400, 3 / 86400, 1.25)]
+    table = read(xlsx({"Data": [["Time", "Ft [N]"], *rows]}))
+    assert table.columns[0].unit == "s"
+    assert columns(table)["Time"] == pytest.approx([1.5, 3, 108_000])
+    assert table.notes == ("column 'Time' contains durations, which are converted to seconds",)
+
+
+def of_day(*hours: float | None) -> list[list]:
+    return [["Time", "Ft [N]"], *([None if hour is None else formatted(3, hour / 24), 1.0] for hour in hours)]
+
+
+@pytest.mark.parametrize(
+    ("hours", "seconds"),
+    [
+        ((14.1, 14.2, 14.5), (0, 360, 1440)),
+        ((23.5, 23.75, 0.0, 0.25, 23.5, 0.5), (0, 900, 1800, 2700, 86_400, 90_000)),
+        ((23.5, None, 0.5), (0, np.nan, 3600)),
+        ((None, 23.5, 0.5), (np.nan, 0, 3600)),
+    ],
+    ids=["one day", "past midnight", "one missing", "first missing"],
+)
+def test_times_of_day_are_seconds_since_the_first_row(hours, seconds):
+    table = read(xlsx({"Data": of_day(*hours)}))
+    assert (table.columns[0].unit, table.columns[0].first_bad) == ("s", None)
+    np.testing.assert_allclose(table.columns[0].values, seconds, atol=1e-5)
+    assert table.notes == ("column 'Time' contains times of day, which are converted to seconds since the first row",)
+
+
+def test_times_of_day_go_on_in_the_next_sheet():
+    table = read(xlsx({"1": of_day(14.0, 14.1, 14.2), "2": of_day(14.3, 14.4)}))
+    assert columns(table)["segment"] == [1, 1, 1, 2, 2]
+    assert columns(table)["Time"] == pytest.approx([0, 360, 720, 1080, 1440])
+
+
+def test_times_of_day_written_as_text_are_read_as_in_other_files():
+    table = read(xlsx({"Data": [["Time", "Ft [N]"], ["9:59:59", 1.0], ["10:00:00,5", 2.0]]}))
+    assert columns(table)["Time"] == [0, 1.5]
 
 
 def test_dates_with_times_are_seconds_since_the_first():
@@ -133,6 +163,17 @@ def test_dates_with_times_are_seconds_since_the_first():
     assert (when.unit, when.signal) == ("s", "time")
     assert when.values == pytest.approx([0, 0.5, 1], abs=2e-3)
     assert table.notes == ("column 'When' contains dates since 2023-03-15T12:00:00, which are converted to seconds",)
+
+
+def test_a_date_at_midnight_has_no_time():
+    rows = [[formatted(1, 45000 + hour / 24), 1.0] for hour in (-1, 0, 1)]
+    assert columns(read(xlsx({"Data": [["When", "Ft [N]"], *rows]})))["When"] == pytest.approx([0, 3600, 7200])
+
+
+def test_dates_of_days_are_text():
+    rows = [[formatted(1, 45000 + day), 0.5 * day, 1.0] for day in range(3)]
+    found = columns(read(xlsx({"Data": [["Day", "Time [s]", "Ft [N]"], *rows]})))
+    assert found["Day"] == ["2023-03-15", "2023-03-16", "2023-03-17"]
 
 
 def test_a_date_that_does_not_run_is_text():

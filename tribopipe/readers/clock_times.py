@@ -10,10 +10,10 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.units import is_unit_of
 from tribopipe.readers.reader import ReadColumn, ReadTable
 
-_CLOCK = re.compile(
-    r"(?:(?P<date>\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})[ T])?(?P<h>\d{1,3}):(?P<min>[0-5]\d):(?P<s>[0-5]\d(?:[.,]\d+)?)",
-    re.ASCII,
-)
+_OF_DAY = r"(?P<h>\d{1,3}):(?P<min>[0-5]\d):(?P<s>[0-5]\d(?:[.,]\d+)?)"
+OF_DAY = re.compile(_OF_DAY, re.ASCII)
+"""Time of day without a date."""
+_CLOCK = re.compile(rf"(?:(?P<date>\d{{4}}-\d\d-\d\d|\d\d?\.\d\d?\.\d{{4}})[ T])?{_OF_DAY}", re.ASCII)
 _DAY = 86_400.0
 
 
@@ -37,18 +37,23 @@ def _seconds(column: ReadColumn) -> Column | None:
         return None
     found = [_CLOCK.fullmatch(str(field).strip()) for field in column.values]
     days = [_day(one["date"]) if one and one["date"] else None for one in found]
-    times = np.array([_of_day(one) if one else np.nan for one in found])
+    times = np.array([of_day(one) if one else np.nan for one in found])
     if len({day is None for day in days}) > 1:
         return None
     if days[0] is None:
-        # At midnight, the time of day falls by nearly a day.
-        times[1:] += _DAY * np.cumsum(np.diff(times) < -_DAY / 2)
+        times = past_midnight(times)
     else:
         times += _DAY * np.array(days, dtype=float)
     return None if np.any(np.isnan(times)) else np.asarray(times - times[0])
 
 
-def _of_day(found: re.Match[str]) -> float:
+def past_midnight(times: Column) -> Column:
+    """Let times of day, s, go on after midnight, where they fall by nearly a day."""
+    return times + _DAY * np.concatenate([[0], np.cumsum(np.diff(times) < -_DAY / 2)])
+
+
+def of_day(found: re.Match[str]) -> float:
+    """Return a time of day, s."""
     return 3600 * int(found["h"]) + 60 * int(found["min"]) + float(found["s"].replace(",", "."))
 
 

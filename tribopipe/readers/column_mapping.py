@@ -16,11 +16,11 @@ from tribopipe.base.files import beside, leads_out, read_file
 from tribopipe.base.units import KINDS, is_rotational, is_unit_of, show, to_si
 from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile, SignalSource
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of
+from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of, unit_for
 from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
-from tribopipe.results.run import AT_A_LEVER, ExtraColumn, SourceFile
+from tribopipe.results.run import AT_A_LEVER, READ_IN, ExtraColumn, SourceFile
 
 T = TypeVar("T")
 _MOST = 1e60
@@ -84,6 +84,16 @@ def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
     return (source.unit if source else None) or column.unit
 
 
+def contradiction(column: ReadColumn, stated: str | None, where: str) -> str | None:
+    """Report that a unit stated elsewhere is of the same kind as the file's own one, and another."""
+    if stated is None or column.unit is None:
+        return None
+    kind = next((kind for kind in KINDS if is_unit_of(stated, kind) and is_unit_of(column.unit, kind)), None)
+    if kind is None or all(to_si(value, stated, kind) == to_si(value, column.unit, kind) for value in (0.0, 1.0)):
+        return None
+    return f"column {column.name!r} is in {column.unit} in the file, but {READ_IN} {stated} as stated in {where}"
+
+
 def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> bool:
     """Return whether a force is given as a mass, which as a force can only be the weight of it."""
     unit = unit_of(column, source)
@@ -110,7 +120,7 @@ def column_in_si(
             f"{' '.join([meaning, ' and '.join(wanted)]).strip()}; {remedy}correct that line, leave the field empty "
             "for a missing sample, or map another column"
         )
-    unit = unit_of(column, source)
+    unit = unit_for(kind, unit_of(column, source))
     if unit is None and needs_unit(kind):
         raise ReaderError(
             f"{file}, column {column.name!r}: found no unit; expected a unit for {meaning}; add it in run.toml: "
@@ -290,6 +300,12 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
         for name, told in meanings.get(column.name, [])
         if told is None and is_synonym(column, name)
     ]
+    units = [
+        note
+        for column in table.columns
+        for _, told in meanings.get(column.name, [])
+        if told is not None and (note := contradiction(column, told.unit, "run.toml"))
+    ]
     weights = [
         f"{name} in {unit_of(column, told)} is converted to the weight of that mass"
         for column in table.columns
@@ -312,7 +328,7 @@ def notes_on(table: ReadTable, meanings: Meanings, file: str, arms: Arms = NO_AR
         if name == "friction_force" and arms.shared and not is_unit_of(unit_of(column, told) or "1", "torque")
         if told is None or told.arm is None
     ]
-    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *weights, *torques, *forces)]
+    return [f"{file}: {note}" for note in (*remarks(table), *synonyms, *units, *weights, *torques, *forces)]
 
 
 def spoken(names: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from tribopipe.base.units import is_unit_of, to_si
+from tribopipe.base.units import is_rotational, is_unit_of, to_si
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.physics.identities import Identity, Role, ratios
 from tribopipe.readers.number_fields import is_mostly_numbers
@@ -143,11 +143,18 @@ def _strange(column: ReadColumn) -> Meaning | None:
     """Report which signal a column is called as although it holds words, or its unit is of another kind."""
     own = column.signal or _by_own_name(column)
     by: By = "from the format" if column.signal else "from its name"
-    if is_mostly_numbers(column) or column.first_bad is None:
-        return Meaning(own, by) if own else None
-    signal, (line, text) = own or _by_synonym(column), column.first_bad
-    doubt = f"it contains text, first {text!r} in line {line}"
-    return Meaning(signal, by, doubt, synonym=own is None) if signal else None
+    signal = own or _by_synonym(column)
+    if signal is None:
+        return None
+    if column.first_bad is not None and not is_mostly_numbers(column):
+        line, text = column.first_bad
+        return Meaning(signal, by, f"it contains text, first {text!r} in line {line}", synonym=own is None)
+    if own:
+        return Meaning(own, by)
+    # Beside a sliding speed, many files have a rotational one, which is no doubtful sliding speed.
+    if column.unit is None or is_rotational(column.unit):
+        return None
+    return Meaning(signal, by, f"its unit {column.unit!r} is not a unit of {SIGNALS[signal].kind}", synonym=True)
 
 
 def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
@@ -202,11 +209,17 @@ def _taken(signal: SignalName, found: dict[str, Meaning]) -> bool:
 def _fits(unit: str | None, signal: SignalName) -> bool:
     """Return whether a unit fits a signal; without a unit, a humidity of 45 could be 45 % or 4500 %."""
     kind = SIGNALS[signal].kind
+    unit = unit_for(kind, unit)
     if kind == "percentage":
         return unit is not None and "%" in unit
     if signal == "friction_force" and is_unit_of(unit or "1", "torque"):
         return True
     return is_unit_of(unit or "1", kind) or (kind == "force" and is_unit_of(unit or "1", "mass"))
+
+
+def unit_for(kind: str, unit: str | None) -> str | None:
+    """Return a unit as a kind of number has it: of a temperature, "C" is no coulomb."""
+    return "degC" if kind == "temperature" and unit == "C" else unit
 
 
 def plain_name(column: ReadColumn) -> str:

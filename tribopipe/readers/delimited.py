@@ -34,7 +34,7 @@ from tribopipe.readers.clock_times import with_clock_times
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.number_fields import Parsed, parse_fields
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
-from tribopipe.readers.tables import MISSING, find_table, split_name, without_brackets
+from tribopipe.readers.tables import MISSING, find_table, meant_unit, split_name, without_brackets
 from tribopipe.readers.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
 
@@ -169,7 +169,7 @@ def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
 
 def _unit(layout: Layout, column: int) -> str | None:
     below = without_brackets(layout.units[column]) if column < len(layout.units) else ""
-    return split_name(layout.names[column])[1] or (below if below and is_unit(below) else None)
+    return split_name(layout.names[column])[1] or (meant_unit(below) if is_unit(below) else None)
 
 
 def _body_start(text: Text, layout: Layout) -> int:

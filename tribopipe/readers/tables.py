@@ -53,6 +53,9 @@ _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+)\s/\s+(?P<unit>\S+)"),
     _UNIT_IN_WORD,
 )
+_CLOCK_FORM = re.compile(r"\s*[\[(]\s*(?:h{1,2}:)?m{1,2}:s{1,2}(?:[.,]\w+)?\s*[\])]$", re.IGNORECASE | re.ASCII)
+"""How times of day are written, behind a name: "Time (hh:mm:ss)"."""
+_LONE_PREFIXES = ("µ", "μ", "u")
 _LONGEST_NAME = 1000
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 """Full-width brackets, as Chinese and Japanese programs write them."""
@@ -71,8 +74,13 @@ def split_name(name: str) -> tuple[str, str | None]:
         bare, unit = matched["bare"].rstrip().rstrip(" /"), matched["unit"].strip()
         # "m/s" and "rev/min" alone are units, not names with one.
         if bare and is_unit(unit) and not (pattern is _UNIT_IN_WORD and is_unit(bare)):
-            return bare, unit or None
+            return bare, meant_unit(unit)
     return name, None
+
+
+def meant_unit(written: str) -> str | None:
+    """Return a unit; none of nothing, and of a lone µ: a symbol of friction or a micrometer, but no atomic mass."""
+    return None if written in ("", *_LONE_PREFIXES) else written
 
 
 def count_in(text: str) -> int | None:
@@ -81,8 +89,9 @@ def count_in(text: str) -> int | None:
 
 
 def bare_name(name: str) -> str:
-    """Strip the unit off a column's name: "Depth [um]" is "Depth"."""
-    return split_name(name)[0]
+    """Strip the unit off a column's name, or the form of a clock: "Depth [um]" is "Depth"."""
+    bare = split_name(name)[0]
+    return _CLOCK_FORM.sub("", bare.translate(_WIDE_BRACKETS)) or bare
 
 
 def without_brackets(cell: str) -> str:

@@ -19,7 +19,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.reader_profile import Calibration, DescribedColumn, Fact, ReaderProfile
 from tribopipe.documents.record import load_toml
-from tribopipe.readers.column_mapping import find_column, read_source
+from tribopipe.readers.column_mapping import contradiction, find_column, read_source
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import cells_of, head_lines, layout_below, without_cut_row
 from tribopipe.readers.layout import Decimal, Layout, find_layout
@@ -199,10 +199,15 @@ def _made_of(profile: ReaderProfile, column: ReadColumn, told: DescribedColumn |
     if told is None:
         return _Made((column,))
     scaled = (told.scale, told.offset) != (1.0, 0.0)
+    # Another scale may be the conversion from the file's unit.
+    unit = told.unit if abs(told.scale) == 1 else None
+    dissent = contradiction(column, unit, f"the profile {profile.name!r}")
+    notes = [dissent] if dissent else []
     if told.calibration is None and not scaled:
-        return _Made((replace(column, unit=told.unit or column.unit, signal=told.signal, axis=told.axis),))
+        made = replace(column, unit=told.unit or column.unit, signal=told.signal, axis=told.axis)
+        return _Made((made,), tuple(notes))
     derived = _scaled(column, told, file)
-    notes = [f"{derived.name!r} is {column.name!r}{_formula(told)}"] if scaled else []
+    notes += [f"{derived.name!r} is {column.name!r}{_formula(told)}"] if scaled else []
     if told.calibration is not None:
         calibration = profile.calibrations[told.calibration]
         derived, note = _calibrated(derived, told.calibration, calibration, file)

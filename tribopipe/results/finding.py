@@ -73,6 +73,7 @@ TITLES: Mapping[str, str] = {
     "future_start": "start date in the future",
     "missing_input": "inputs for k_D missing",
     "reader_assumption": "file read with assumptions",
+    "units_disagree": "unit differs from that in the file",
     "unused_signal": "recorded signal not used",
     "worn_before": "specimens possibly worn before the test",
     "friction_lever": "friction force with unknown lever arm",

@@ -119,6 +119,8 @@ class Recording:
 
 AT_A_LEVER = "is treated as a force at"
 """Part of the note on a friction force where only a torque has one meaning."""
+READ_IN = "is read in"
+"""Part of the note on a unit that takes precedence over another one in the file."""
 
 
 @dataclass(frozen=True, repr=False)

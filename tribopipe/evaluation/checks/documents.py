@@ -14,7 +14,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.readings import PinWay
-from tribopipe.results.run import AT_A_LEVER, RawRun
+from tribopipe.results.run import AT_A_LEVER, READ_IN, RawRun
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
@@ -231,7 +231,7 @@ def _needed_of_discs(run: RawRun) -> Iterator[Trouble]:
 def reader_assumption(run: RawRun) -> Iterator[Trouble]:
     """Pass on what a reader had to guess or change."""
     for note in run.notes:
-        if AT_A_LEVER not in note:
+        if AT_A_LEVER not in note and READ_IN not in note:
             yield Trouble(
                 "signals",
                 f"found an assumption made when reading the file: {note}; expected an unambiguous file",
@@ -248,6 +248,18 @@ def friction_lever(run: RawRun) -> Iterator[Trouble]:
                 "signals",
                 f"found a force with an unknown lever arm: {note}; expected the friction torque",
                 'state its lever arm, friction_force = { column = …, arm = "150 mm" }, or map the torque',
+            )
+
+
+@check("warning")
+def units_disagree(run: RawRun) -> Iterator[Trouble]:
+    """Find a column that is read in another unit than the file states for it."""
+    for note in run.notes:
+        if READ_IN in note:
+            yield Trouble(
+                "signals",
+                f"found two units for a signal: {note}; expected the unit of the file",
+                "remove the stated unit, unless the file states a wrong one",
             )
 
 

@@ -79,9 +79,7 @@ def _best_change(evidence: Callable[[float, float], float], first: tuple[float, 
     return float(best.x[0]), float(np.exp(best.x[1])), float(-best.fun)
 
 
-def _changed(
-    problem: DepthProblem, change: float, ratio: float, volume: Callable[[float], Column]
-) -> DepthReading:
+def _changed(problem: DepthProblem, change: float, ratio: float, volume: Callable[[float], Column]) -> DepthReading:
     """Return the reading of a pin whose k_D changes at a distance, m; ``volume`` is that of the pin at a depth, m³."""
     values, slid = problem.values, problem.trace.slid
     at_change, whole = problem.effective_distance(values, np.asarray([change, slid]))
@@ -93,9 +91,7 @@ def _changed(
 
     pin, nodes = problem.pin(values), problem.samples.nodes
     volume_share = share(nodes.distance)
-    return replace(
-        problem.reading, course=lambda depth: nodes.averaged(pin.worn(volume(depth) * volume_share).depth)
-    )
+    return replace(problem.reading, course=lambda depth: nodes.averaged(pin.worn(volume(depth) * volume_share).depth))
 
 
 def _without_wander(problem: DepthProblem) -> Regression:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tribopipe.base.errors import ManifestError, ReaderError
-from tribopipe.base.files import natural_order
+from tribopipe.base.files import file_order
 from tribopipe.base.units import is_unit_of, to_si
 from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import Conditions
@@ -89,7 +89,7 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
     for path in paths:
         if path.is_dir():
             inside = (one for one in path.iterdir() if one.is_file() and not one.name.startswith((".", "~")))
-            yield from sorted(inside, key=lambda one: natural_order(one.name))
+            yield from sorted(inside, key=lambda one: file_order(one.name))
         else:
             yield path
 

@@ -50,6 +50,7 @@ _OF_TWO = ("wearvolume", "volume", "massloss", "verschleissvolumen", "masseverlu
 _BALL_SIZES = ("contact.pin.diameter", "contact.pin.radius")
 _UNCERTAINTY = re.compile(r"(?:u\s*\((?P<inner>.+)\)|[u±][ _](?P<behind>.+))", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_WHOLE = re.compile(r"(^|\t)([+-]?\d+)\.0(?=\t|$)", re.ASCII | re.MULTILINE)
 _SEPARATORS = "\t;|,"
 
 
@@ -140,7 +141,9 @@ def _rows(path: Path) -> list[Row]:
     """Return the rows of a table, that of names the first."""
     source = open_export(path)
     if is_sure(WorkbookReader().match(source)):
-        lines, separator = WorkbookReader().first_sheet(source).splitlines(keepends=True), "\t"
+        # All numbers of a workbook are floats, so that specimen 17 would be called 17.0.
+        cells = _WHOLE.sub(r"\1\2", WorkbookReader().first_sheet(source))
+        lines, separator = cells.splitlines(keepends=True), "\t"
     else:
         lines = decode(source).content.decode().lstrip("\ufeff").splitlines(keepends=True)
         head = next((line for line in lines if line.strip()), "")

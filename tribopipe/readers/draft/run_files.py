@@ -6,6 +6,7 @@ sheet of a workbook or in each step that a column numbers.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +15,7 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ManifestError, ReaderError, did_you_mean
-from tribopipe.base.files import natural_order
+from tribopipe.base.files import file_order
 from tribopipe.documents.contact_kinds import contacts
 from tribopipe.documents.manifest import SignalFile
 from tribopipe.readers.column_mapping import Part, find_column
@@ -52,9 +53,22 @@ class Group:
     @property
     def clocks_begin_anew(self) -> bool:
         """Whether time falls back from each file to the next, as it does between tests too."""
+        return len(self._spans) > 1 and all(later[0] < before[1] for before, later in pairwise(self._spans))
+
+    @property
+    def order_of_times(self) -> tuple[str, ...] | None:
+        """Names in the order of the recorded times; none where these overlap, or are in the order of the test."""
+        spans = sorted(zip(self._spans, self.names, strict=False))
+        names = tuple(name for _, name in spans)
+        overlap = any(later[0] < before[1] for (before, _), (later, _) in pairwise(spans))
+        return None if overlap or names == self.names or not spans else names
+
+    @cached_property
+    def _spans(self) -> list[tuple[float, float]]:
+        """First and last time of each file; none where a file has no time."""
         times = [found[np.isfinite(found)] for export in self.exports if (found := _time(export)) is not None]
-        known = len(times) == len(self.exports) > 1 and all(map(len, times))
-        return known and all(later[0] < before[-1] for before, later in pairwise(times))
+        known = len(times) == len(self.exports) and all(map(len, times))
+        return [(float(time[0]), float(time[-1])) for time in times] if known else []
 
     def __str__(self) -> str:
         return self.names[0] if len(self.names) == 1 else f"{self.names[0]} … {self.names[-1]}"
@@ -69,7 +83,7 @@ def grouped(exports: Sequence[Export]) -> list[Group]:
     for export in exports:
         columns = tuple((column.name, column.unit) for column in export.table.columns)
         alike.setdefault((export.reader.name, columns), []).append(export)
-    groups = [Group(tuple(sorted(found, key=lambda export: natural_order(export.name)))) for found in alike.values()]
+    groups = [Group(tuple(sorted(found, key=lambda export: file_order(export.name)))) for found in alike.values()]
     for group in groups[1:]:
         _refuse_another_base(groups[0], group)
     return groups

@@ -12,7 +12,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import KINDS, is_unit_of, pretty, to_si
 from tribopipe.documents.manifest import MANIFEST_SCHEMA
 from tribopipe.documents.signals import SIGNALS, SignalName
-from tribopipe.readers.column_mapping import find_column
+from tribopipe.readers.column_mapping import contradiction, find_column
 from tribopipe.readers.column_meanings import NO_UNIT, definitions_note, friction_definitions
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import (
@@ -101,6 +101,15 @@ def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
     names = [one.column for one in friction_definitions(export.table.columns)]
     doubt = f"one of {len(names)} definitions of friction"
     return found + [Mapped("friction_coefficient", columns[name], "from its name", doubt=doubt) for name in names]
+
+
+def units_contradicted(export: Export, told: Mapping[str, Any], told_by: str) -> Iterator[str]:
+    """Report the units of a template that contradict those of a file."""
+    for signal, source in told.items():
+        mapped = _as_told(export, signal, source, "")
+        why = contradiction(mapped.column, mapped.unit, told_by) if mapped else None
+        if why:
+            yield f"{export.name}: {why}"
 
 
 def _as_told(export: Export, signal: Any, source: Any, told_by: str) -> Mapped | None:

@@ -10,7 +10,8 @@
 * Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
   a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
   with a point, or with the decimal separator that run.toml names.
-* A column of durations or times of day is given in seconds, a column of dates with times in seconds since the first.
+* A column of durations is given in seconds, one of times of day or of dates with times in seconds since the first row;
+  times of day of several sheets count from the first row of the first sheet.
 
 Reading takes the package python-calamine: pip install "tribopipe[excel]".
 
@@ -36,9 +37,11 @@ from typing import Any
 
 import numpy as np
 
+from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit_of
 from tribopipe.documents.signals import SignalName
+from tribopipe.readers.clock_times import OF_DAY, of_day, past_midnight
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import bare_key
 from tribopipe.readers.layout import find_layout
@@ -92,7 +95,8 @@ _INTERVALS = 3
 """Sampling intervals within which a test goes on in the next sheet."""
 _REMEDY = "save the workbook again, without a password, or export the table as text"
 _DURATION = re.compile(r"PT(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)S")
-_DATE = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d{1,6})?")
+_DATE = re.compile(r"\d{4}-\d\d-\d\d(?P<time>T\d\d:\d\d:\d\d(?:\.\d{1,6})?)?")
+"""Date with its time, or without one, as calamine gives midnight."""
 
 
 class WorkbookReader:
@@ -218,6 +222,7 @@ def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:
 def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> dict[str, ReadTable]:
     """Read the sheets that hold a table; ``ReaderError`` states about the first one what is missing where none does."""
     tables, reasons = {}, []
+    begins: dict[str, float] = {}
     for sheet in sheets:
         text = Text(f"{source.name}, sheet {sheet['name']!r}", sheet["text"].encode())
         try:
@@ -225,7 +230,7 @@ def _tables(source: SourceFile, sheets: list[dict[str, Any]], hints: Hints) -> d
         except ReaderError as error:
             reasons.append(error)
             continue
-        table = _with_times(read_table(text, layout))
+        table = _with_times(read_table(text, layout), begins)
         if any(column.first_bad is None for column in table.columns):
             tables[sheet["name"]] = table
         else:
@@ -247,13 +252,17 @@ def _without_numbers(text: Text) -> ReaderError:
     )
 
 
-def _with_times(table: ReadTable) -> ReadTable:
-    """Turn columns of durations and of dates with times into seconds."""
+def _with_times(table: ReadTable, begins: dict[str, float]) -> ReadTable:
+    """Turn columns of durations, of times of day and of dates with times into seconds.
+
+    Times of day count from where their column ``begins``, by its name; a column that is not there is added.
+    """
     columns, notes = [], list(table.notes)
+    known = any(map(is_time, table.columns))
     for column in table.columns:
-        found = _durations(column) or _since_first(column, known=any(map(is_time, table.columns)))
+        found = _durations(column) or _of_day(column, begins) or _since_first(column, known=known)
         if found:
-            notes.append(f"column {column.name!r} contains {found[1]}, which are converted to seconds")
+            notes.append(f"column {column.name!r} contains {found[1]}")
         columns.append(found[0] if found else column)
     return replace(table, columns=tuple(columns), notes=tuple(notes))
 
@@ -263,12 +272,27 @@ def _durations(column: ReadColumn) -> tuple[ReadColumn, str] | None:
     if not matched or not all(matched):
         return None
     seconds = [float(found[1]) if isinstance(found, re.Match) else np.nan for found in matched]
-    return ReadColumn(column.name, np.array(seconds), "s", column.signal), "durations or times of day"
+    return _in_seconds(column, seconds), "durations, which are converted to seconds"
+
+
+def _of_day(column: ReadColumn, begins: dict[str, float]) -> tuple[ReadColumn, str] | None:
+    matched = list(_matches(column, OF_DAY))
+    if not matched or not all(matched):
+        return None
+    seconds = np.array([of_day(found) if isinstance(found, re.Match) else np.nan for found in matched])
+    known = ~np.isnan(seconds)
+    seconds[known] = past_midnight(seconds[known])
+    seconds -= begins.setdefault(column.name, seconds[known][0])
+    return _in_seconds(column, seconds), "times of day, which are converted to seconds since the first row"
+
+
+def _in_seconds(column: ReadColumn, seconds: Sequence[float] | Column) -> ReadColumn:
+    return ReadColumn(column.name, np.asarray(seconds, dtype=float), "s", column.signal)
 
 
 def _since_first(column: ReadColumn, *, known: bool) -> tuple[ReadColumn, str] | None:
     matched = list(_matches(column, _DATE))
-    if not matched or not all(matched):
+    if not matched or not all(matched) or not any(isinstance(found, re.Match) and found["time"] for found in matched):
         return None
     stamps = [found[0] if isinstance(found, re.Match) else "NaT" for found in matched]
     try:
@@ -278,7 +302,9 @@ def _since_first(column: ReadColumn, *, known: bool) -> tuple[ReadColumn, str] |
     steps = np.diff(seconds[~np.isnan(seconds)])
     if not (steps.size and steps.min() >= 0 and steps.max() > 0):
         return None
-    return ReadColumn(column.name, seconds, "s", None if known else "time"), f"dates since {stamps[0]}"
+    return ReadColumn(column.name, seconds, "s", None if known else "time"), (
+        f"dates since {stamps[0]}, which are converted to seconds"
+    )
 
 
 def _matches(column: ReadColumn, pattern: re.Pattern[str]) -> Iterator[re.Match[str] | str | None]:

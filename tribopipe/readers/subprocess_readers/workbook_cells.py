@@ -1,6 +1,6 @@
 """Sheets of a spreadsheet as tab-separated text, in JSON. Argument: the decimal separator.
 
-A row of cells is a line. Numbers are written with all their digits, dates in ISO 8601, durations and times of day as
+A row of cells is a line. Numbers are written with all their digits, dates and times of day in ISO 8601, durations as
 PT12.5S, whatever their number format states; blanks, tabs and line ends inside a cell become one blank.
 """
 
@@ -47,11 +47,9 @@ def _text(sheet: Any, decimal: str) -> str:
 def _cell(value: Any, decimal: str) -> str:
     if isinstance(value, float):
         return repr(value).replace(".", decimal)
-    if isinstance(value, time):
-        value = timedelta(hours=value.hour, minutes=value.minute, seconds=value.second, microseconds=value.microsecond)
     if isinstance(value, timedelta):
         return f"PT{value.total_seconds()!r}S"
-    if isinstance(value, date):
+    if isinstance(value, date | time):
         return value.isoformat()
     return _BLANKS.sub(" ", str(value)).strip()
 
