@@ -103,6 +103,12 @@ def test_load_channel_that_ends_early_leaves_the_rates_alone(share):
     np.testing.assert_allclose([*rates, wear.steady_rate.value], STEADY, rtol=1e-9)
 
 
+def test_interval_without_load_has_no_rate():
+    run = weighed(lost(0.0), load=lambda distance: np.where(distance < PLACES[2], LOAD, 0.0))
+    intervals = specific_wear(run).pin.intervals
+    assert [one.end.value for one in intervals] == pytest.approx(PLACES[:3].tolist())
+
+
 def test_few_measurements_tell_intervals_but_no_steady_rate():
     wear = specific_wear(weighed(lost(RAN_IN)[:3], PLACES[:3])).pin
     assert (len(wear.intervals), wear.steady_rate) == (3, None)

@@ -70,10 +70,15 @@ def interval_wear(run: RawRun, recipe: Recipe, body: str) -> dict[str, Any]:
     points = [_Lost(0.0, 0.0, 0.0, 0.0), *lost]
     path = load_path(run, np.array([point.distance for point in points]))
     path = run.manifest.described.contacts_of(body) * path
+    # What was slid without load has worn nothing, and has no rate.
+    under_load = np.append(True, np.diff(path) > 0)
+    points, path = [point for point, kept in zip(points, under_load, strict=True) if kept], path[under_load]
+    if len(points) == 1:
+        return {}
     shares = (load_share(run, recipe.uncertainty), distance_share(run, recipe.uncertainty) or 0.0)
     common = math.hypot(lost[-1].common, *shares)
     found: dict[str, Any] = {"intervals": tuple(_intervals(points, path, common))}
-    line = _steady(points, path) if len(lost) >= _FEWEST else None
+    line = _steady(points, path) if len(points) > _FEWEST else None
     if line is None:
         return found
     mean = lost[-1].volume / path[-1]
