@@ -53,7 +53,7 @@ _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+)\s/\s+(?P<unit>\S+)"),
     _UNIT_IN_WORD,
 )
-_CLOCK_FORM = re.compile(r"\s*[\[(]\s*(?:h{1,2}:)?m{1,2}:s{1,2}(?:[.,]\w+)?\s*[\])]$", re.IGNORECASE | re.ASCII)
+_CLOCK_FORM = re.compile(r"[\[(]\s*(?:h{1,2}:)?m{1,2}:s{1,2}(?:[.,]\w+)?\s*[\])]$", re.IGNORECASE | re.ASCII)
 """How times of day are written, behind a name: "Time (hh:mm:ss)"."""
 _LONE_PREFIXES = ("µ", "μ", "u")
 _LONGEST_NAME = 1000
@@ -91,7 +91,7 @@ def count_in(text: str) -> int | None:
 def bare_name(name: str) -> str:
     """Strip the unit off a column's name, or the form of a clock: "Depth [um]" is "Depth"."""
     bare = split_name(name)[0]
-    return _CLOCK_FORM.sub("", bare.translate(_WIDE_BRACKETS)) or bare
+    return _CLOCK_FORM.sub("", bare.translate(_WIDE_BRACKETS)).rstrip() or bare
 
 
 def without_brackets(cell: str) -> str:
