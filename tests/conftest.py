@@ -11,6 +11,7 @@ from pathlib import Path
 
 import blas  # noqa: F401, before all that loads numpy
 import pytest
+import si_approx  # noqa: F401, before any test compares numbers
 import typer.main
 from folders import DISC_IDS, DISC_PAIR, FURTHER_IDS, SAMPLE_IDS, SAMPLES
 from hypothesis import settings

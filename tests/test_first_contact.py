@@ -450,7 +450,7 @@ def test_commands_options_values_and_ids_are_completed(shell, many):
     assert answer(shell, "tribopipe export --r") == ["--ro-crate"]
     assert answer(shell, "tribopipe show x --hel") == ["--help"]
     assert {"archard", "sarkar"} <= set(answer(shell, "tribopipe fit --model "))
-    assert answer(shell, "tribopipe help unit") == ["unit-error"]
+    assert answer(shell, "tribopipe help unit-") == ["unit-error"]
     assert answer(shell, "tribopipe process ") == []
     assert answer(shell, "tribopipe fit --recipe ") == []
 

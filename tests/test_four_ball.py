@@ -118,7 +118,8 @@ def test_k_d_is_that_of_the_hand_calculation(worn):
     exact = volume_between(diameter) / (LOAD / np.sqrt(6) * slid)
     fit = fit_wear(run, "archard", recipe=FIRST_ORDER)
     assert list(fit.bodies) == ["ball"]
-    assert fit.k_d.value == pytest.approx(exact, rel=2e-3)
+    # The sphere that stands for both balls has a cap that is a little larger.
+    assert fit.k_d.value == pytest.approx(exact, rel=3e-3)
     assert by_hand == pytest.approx(exact, rel=2e-3)
     rate = specific_wear(run).pin.specific_wear_rate
     assert rate.value == pytest.approx(fit.k_d.value, rel=1e-9)

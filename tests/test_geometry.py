@@ -86,7 +86,7 @@ def test_half_a_sphere_is_the_most_that_is_lost():
 
 def test_volume_of_a_thin_slice_is_its_flat_times_its_height():
     volume = worn_volume(depth=1e-12, sphere_radius=1e-3, flat_radius=0.3e-3)
-    assert float(volume) == pytest.approx(np.pi * 0.09e-6 * 1e-12, rel=1e-8)
+    assert float(volume) == pytest.approx(np.pi * 0.09e-6 * 1e-12, rel=2e-8)
 
 
 def test_circular_track_is_that_of_astm_g99():

@@ -126,7 +126,7 @@ def test_nothing_piled_up_counts_as_nothing():
 @pytest.mark.parametrize("bend", [0.0, 5.0])
 def test_without_noise_areas_are_exact(high, bend):
     track = worn_area(Profile(X, ridged(X, high) + 0.02 * X + bend * X**2), None)
-    assert track.area.value == pytest.approx(AREA, rel=2e-3)
+    assert track.area.value == pytest.approx(AREA, rel=3e-3)
     assert track.pile_up.value == pytest.approx(piled_up(high), rel=5e-3)
 
 

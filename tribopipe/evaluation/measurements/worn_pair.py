@@ -128,10 +128,13 @@ class WornPair:
     def _value(self, what: Wear, given: dict[str, float]) -> float:
         """Return a depth, or volume; below zero where the depth is, as a draw of a reading may be."""
         (h_p, h_d), worn, volume = _solved(self, tuple(given.items()))
+        # What a flat pin has gained is no wear that the groove shapes.
+        gained = self.tip.shape == "flat" and h_p < 0
+        lost = self.tip.volume(-h_p, given["radius"]) if gained else worn.pin_volume
         return {
             "pin_depth": h_p,
             "disc_depth": h_d,
-            "pin_volume": math.copysign(float(worn.pin_volume), h_p),
+            "pin_volume": math.copysign(float(lost), h_p),
             "disc_volume": math.copysign(volume, h_d),
         }[what]
 
