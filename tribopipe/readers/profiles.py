@@ -2,9 +2,9 @@
 
 A file is read by the reader that run.toml names, by one that knows its content to be a profile, or as any other table.
 Which columns are position and height is for run.toml to state, else for the format. Where neither does, columns called
-x, y and z are taken, or the two columns of a table that has just two, both of them lengths: by their names where these
-tell, such as height and lateral position, else the first as the position. A column of positions that runs back over
-more than jitter is refused, since it is of several passes, or of something else.
+x, y and z are taken, or the two columns of a table that has just two, both of them lengths: by their names, such as
+height and lateral position, or else the first as the position. A column of positions that runs back over more than
+jitter is refused, since it is of several passes, or of something else.
 
 A file may hold several profiles: several columns of heights, one for each pass, or a map. A map gives one profile for
 each scan line along x, or along the column that run.toml names as position, with the position of that line across the
