@@ -10,9 +10,10 @@ with σ of the reading alone and z the scores of what was measured. It is flat i
 in the diameter, volume or depth that was measured where that does.
 """
 
+import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -472,7 +473,7 @@ def depth_posterior(reading: DepthReading) -> DepthPosterior:
     reference = min(max(reading.expected, 0.1 * reading.scale), 0.9 * reading.most)
     for _ in range(_MOST_PASSES):
         regressions = regressions_of(reading, reference)
-        found = ways(regressions, processes)
+        found = _ways(_Asked(reading.time, regressions, processes))
         posterior = DepthPosterior(reading, found, processes, reference, regressions[0].anchor)
         mean, deviation = posterior.together
         moved = min(max(mean, 0.1 * reading.scale), 0.9 * reading.most)
@@ -480,6 +481,32 @@ def depth_posterior(reading: DepthReading) -> DepthPosterior:
             break
         reference = moved
     return posterior
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """Regressions whose ways are asked for; two are equal where their numbers are."""
+
+    time: Column
+    regressions: tuple[Regression, ...]
+    processes: tuple[Wander, ...]
+    """They follow from the times and weights of the blocks."""
+
+    @cached_property
+    def _content(self) -> bytes:
+        return pickle.dumps((self.time, self.regressions))
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Asked) and self._content == other._content
+
+
+@lru_cache(maxsize=8)
+def _ways(asked: _Asked) -> Ways:
+    """Return the ways of regressions; drift correction and the fit under Archard's law ask for the same ones."""
+    return ways(asked.regressions, asked.processes)
 
 
 def regressions_of(reading: DepthReading, reference: float) -> tuple[Regression, ...]:
