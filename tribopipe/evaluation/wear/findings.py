@@ -5,12 +5,10 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import product
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
 from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
@@ -18,8 +16,8 @@ from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
 from tribopipe.evaluation.measurements.pin_on_disc import track_wear
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
-from tribopipe.physics.depth_model.mixture import Regression, ways
-from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, regressions_of, with_course
+from tribopipe.physics.depth_model.mixture import log_evidence_of_noise
+from tribopipe.physics.depth_model.posterior import SLOPE_STEP, DepthPosterior, regressions_of
 from tribopipe.physics.depth_model.prior_sensitivity import Prior, widened
 from tribopipe.physics.depth_model.terms import AMPLITUDES
 from tribopipe.results.finding import Finding
@@ -49,20 +47,14 @@ class RateChange:
 
 def rate_change(problem: DepthProblem) -> RateChange | None:
     """Return where k_D changes, if a change once is a better account of a reading than wander; else none."""
-    slid, reference, still = problem.trace.slid, problem.posterior.reference, _without_wander(problem)
-    volume = cache(problem.pin(problem.values).volume)
-
-    def evidence(place: float, ratio: float) -> float:
-        changed = with_course(still, _changed(problem, place * slid, ratio, volume), reference)
-        return float(np.logaddexp.reduce(ways([changed], []).log_anchored))
-
+    evidence = _evidence_of_change(problem)
     found = {by: evidence(*by) for by in product(_PLACES, _RATIOS)}
     averaged = float(np.logaddexp.reduce(list(found.values()))) - np.log(len(found))
     place, ratio, peak = _best_change(evidence, max(found, key=lambda by: found[by]))
     # A clear change is a peak between the places and ratios tried, and is judged by Schwarz's criterion.
     together = max(averaged, peak - np.log(len(problem.reading.time)))
     others = problem.posterior.log_evidence
-    return RateChange(place * slid, ratio) if together > others + _CLEARLY else None
+    return RateChange(place * problem.trace.slid, ratio) if together > others + _CLEARLY else None
 
 
 def _best_change(evidence: Callable[[float, float], float], first: tuple[float, float]) -> tuple[float, float, float]:
@@ -79,29 +71,31 @@ def _best_change(evidence: Callable[[float, float], float], first: tuple[float, 
     return float(best.x[0]), float(np.exp(best.x[1])), float(-best.fun)
 
 
-def _changed(problem: DepthProblem, change: float, ratio: float, volume: Callable[[float], Column]) -> DepthReading:
-    """Return the reading of a pin whose k_D changes at a distance, m; ``volume`` is that of the pin at a depth, m³."""
-    values, slid = problem.values, problem.trace.slid
-    at_change, whole = problem.effective_distance(values, np.asarray([change, slid]))
+def _evidence_of_change(problem: DepthProblem) -> Callable[[float, float], float]:
+    """Return a function of a place, as a share of the distance, and of k_D after over k_D before.
 
-    def share(distance: Column) -> Column:
-        effective = problem.effective_distance(values, distance)
-        before, after = np.minimum(effective, at_change), np.maximum(effective - at_change, 0.0)
-        return np.asarray((before + ratio * after) / (at_change + ratio * (whole - at_change)))
-
-    pin, nodes = problem.pin(values), problem.samples.nodes
-    volume_share = share(nodes.distance)
-    return replace(problem.reading, course=lambda depth: nodes.averaged(pin.worn(volume(depth) * volume_share).depth))
-
-
-def _without_wander(problem: DepthProblem) -> Regression:
-    """Return the regression of a reading that is the sum of wear, a straight line and noise.
-
-    Of the optional columns, none of which is in that sum, one is left.
+    It gives the evidence that k_D changes so, and that the reading is the sum of wear, a straight line and noise.
     """
-    plain = regressions_of(problem.reading, problem.posterior.reference)[0]
-    kept = len(plain.known_mean) + 1
-    return replace(plain, normal=plain.normal[:, :kept], alternatives=plain.alternatives[:1])
+    reference = problem.posterior.reference
+    plain = regressions_of(problem.reading, reference)[0]
+    # Of the optional columns, none of which is in that sum, one is left.
+    normal = plain.normal[:, : len(plain.known_mean) + 1]
+    still = replace(plain, normal=normal, alternatives=plain.alternatives[:1])
+    pin, nodes, step = problem.pin(problem.values), problem.samples.nodes, SLOPE_STEP * reference
+    volumes = pin.volume(np.array([[reference], [reference - step], [reference + step]]))
+    slid = problem.trace.slid
+    effective = problem.effective_distance(problem.values, np.append(nodes.distance, slid))
+    effective, whole = effective[:-1], effective[-1]
+
+    def evidence(place: float, ratio: float) -> float:
+        change = problem.effective_distance(problem.values, np.asarray([place * slid]))
+        worn = np.minimum(effective, change) + ratio * np.maximum(effective - change, 0.0)
+        share = worn / (change + ratio * (whole - change))
+        course, low, high = nodes.averaged(pin.worn(volumes * share).depth)
+        flat = np.column_stack([(high - low) / (2 * step), still.flat[:, 1:]])
+        return log_evidence_of_noise(replace(still, reading=problem.reading.depth - course, flat=flat))
+
+    return evidence
 
 
 _PROBABLE = 0.8

@@ -127,6 +127,15 @@ def ways(regressions: Sequence[Regression], wanders: Sequence[Wander]) -> Ways:
     return Ways(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
+def log_evidence_of_noise(regression: Regression) -> float:
+    """Return the logarithm of the probability of reading and anchor where nothing wanders, prior included."""
+    reach = _NOISE_RANGE + _COARSE[1]
+    spread = np.arange(-reach, reach + 1e-9, _FINE[1])
+    solved = _Projected(regression, None).solved(np.zeros(len(spread)), regression.noise * np.exp(spread))
+    _, anchored = solved.log_evidences()
+    return float(np.logaddexp.reduce(anchored, axis=None) + np.log(NO_WANDER / len(spread)))
+
+
 def _mattering(evidences: Sequence[Column]) -> list[NDArray[np.bool_]]:
     """Report which alternatives at which points matter: by the reading alone, or with the anchor."""
     best = np.max([np.max(evidence, axis=(1, 2)) for evidence in evidences], axis=0)

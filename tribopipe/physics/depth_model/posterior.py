@@ -28,7 +28,7 @@ SCORES = np.linspace(-8.0, 8.0, 65)
 _NEARLY = 0.02
 """Change of H, in its standard deviation or in itself, after which the slope of the wear is not taken again."""
 _MOST_PASSES = 3
-_STEP = 1e-3
+SLOPE_STEP = 1e-3
 """Relative, of the difference by which the slope of the wear is found."""
 _NEGLIGIBLE = 1e-4
 """Probability below which a way does not matter."""
@@ -534,14 +534,8 @@ def regressions_of(reading: DepthReading, reference: float) -> tuple[Regression,
     return plain, replace(plain, known_deviation=deviations, alternatives=warmed)
 
 
-def with_course(regression: Regression, reading: DepthReading, reference: float) -> Regression:
-    """Return a regression of a reading in which the wear alone, about a reference, m, takes another course."""
-    flat = np.column_stack([_slope(reading, reference), regression.flat[:, 1:]])
-    return replace(regression, reading=reading.depth - reading.course(reference), flat=flat)
-
-
 def _slope(reading: DepthReading, reference: float) -> Column:
-    step = _STEP * reference
+    step = SLOPE_STEP * reference
     return (reading.course(reference + step) - reading.course(reference - step)) / (2 * step)
 
 
@@ -555,7 +549,7 @@ def _anchor(measured: Sequence[MeasuredDepth], reference: float) -> Anchor | Non
     """Return what was measured of H − reference, by first-order propagation; None if nothing was measured."""
     if not measured:
         return None
-    step = _STEP * reference
+    step = SLOPE_STEP * reference
     values, precisions = [], []
     for one in measured:
         low, middle, high = one.course(np.array([reference - step, reference, reference + step]))
