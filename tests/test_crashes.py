@@ -454,11 +454,11 @@ def test_what_goes_wrong_outside_is_told_as_such(error, told):
 @pytest.mark.parametrize(
     "words",
     [
-        ["kills.py", "--points", "8"],
-        ["interrupts.py", "--points", "4", "--runs", "2"],
-        ["many_writers.py", "--points", "16"],
-        ["full_disk.py", "--points", "2"],
-        ["killed_commands.py", "--points", "2"],
+        ["kills.py", "--points", "4"],
+        ["interrupts.py", "--points", "2", "--runs", "2"],
+        ["many_writers.py", "--points", "8"],
+        ["full_disk.py", "--points", "1"],
+        ["killed_commands.py", "--points", "1"],
         ["injected_errors.py", "--points", "6"],
     ],
     ids=lambda words: words[0],

@@ -114,9 +114,9 @@ def test_fatigue_at_high_rotations_is_called(factor, called):
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_curves")
 def test_sound_laboratories_seldom_call_the_law_off(monkeypatch):
-    """A sound run is called off in about one of a hundred: 5 runs in each of 60 laboratories."""
+    """A sound run is called off in about one of a hundred: 5 runs in each of 30 laboratories."""
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
-    count, alarms, held = 60, 0, [0, 0]
+    count, alarms, held = 30, 0, [0, 0]
     for seed in range(count):
         law = laboratory(1_000 + seed)
         alarms += sum(run.outcome in FALSE for run in law.runs)

@@ -84,7 +84,7 @@ def test_areas_lie_within_their_uncertainty(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_areas_lie_within_their_uncertainty_over_many_seeds(case):
-    check(case, 100)
+    check(case, 40)
 
 
 def test_signs_and_what_is_where():
@@ -298,7 +298,7 @@ def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
 @pytest.mark.parametrize("noise", [0.002, 0.01, 0.02])
 @pytest.mark.parametrize("length", [0.0, 5.0])
 def test_grooves_of_any_shape_over_many_seeds(shape, noise, length):
-    check_shape(shape, noise, length, 100, least=0.87)
+    check_shape(shape, noise, length, 30, least=0.87)
 
 
 @pytest.mark.parametrize(
