@@ -9,8 +9,10 @@ from sweeps import others_slow
 from tribopipe.base.errors import ReaderError
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.readers import long_text
+from tribopipe.readers.column_mapping import contradiction
 from tribopipe.readers.export_files import read_export
 from tribopipe.readers.harmonize import read_run
+from tribopipe.readers.reader import ReadColumn
 
 HEAD = 'schema = "tribopipe.run/1"\nid = "run"\n[conditions]\nnormal_load = "{load}"\nsliding_speed = "0.1 m/s"\n'
 NAMES = "Time [s];Depth [um];Ff [mN];Fn [mN]"
@@ -164,6 +166,57 @@ def test_a_stated_unit_that_contradicts_the_file_is_noted(tmp_path, unit, note):
     run = read_run(made(tmp_path, names=NAMES.replace("um", "mm"), more=more))
     assert run.columns["depth"][100] == pytest.approx(1e-6 if unit == "um" else 1e-3)
     assert [one for one in run.notes if "Depth" in one] == ([f"signals.csv: {note}"] if note else [])
+
+
+@pytest.mark.parametrize(
+    ("own", "stated", "noted"),
+    [
+        ("V", "N", True),
+        ("degC", "um", True),
+        ("rpm", "m/s", True),
+        ("kg", "N", True),
+        ("C", "K", True),
+        ("kg", "kgf", False),
+        ("kgf", "kg", False),
+        ("C", "degC", False),
+        ("°C", "C", False),
+        ("F", "degF", False),
+        ("S", "s", False),
+        ("-", "N", False),
+        ("1", "N", False),
+        ("counts", "um", False),
+        ("V", "1", False),
+        ("wobble", "N", False),
+        (None, "N", False),
+    ],
+)
+def test_a_unit_of_another_kind_contradicts_unless_it_may_mean_the_same(own, stated, noted):
+    why = contradiction(ReadColumn("U", np.zeros(3), own), stated, "run.toml")
+    assert (why is not None) == noted
+    if noted:
+        assert f"column 'U' is in {own} in the file" in why
+        assert f"is read in {stated} as stated in run.toml" in why
+
+
+def test_a_column_read_in_a_unit_of_another_kind_is_warned_of(tmp_path):
+    more = "[signals.columns]\ntime = 'Time [s]'\nnormal_force = { column = 'U', unit = 'N' }\n"
+    found = findings(read_run(made(tmp_path, names=NAMES.replace("Fn [mN]", "U [V]"), more=more)))["units_disagree"]
+    assert "column 'U [V]' is in V in the file, a unit of another kind, but is read in N" in found.message
+    assert "map another column" in found.remedy
+
+
+@pytest.mark.parametrize(
+    ("scale", "noted"),
+    [("", True), ("scale = 1", False), ("scale = -1", False), ("scale = 20", False), ("offset = 1", True)],
+)
+def test_a_described_unit_of_another_kind_is_noted_unless_a_scale_converts(tmp_path, scale, noted):
+    text = 'schema = "tribopipe.reader/1"\nname = "rig"\ntitle = "Rig"\n[columns.U]\nsignal = "normal_force"\n'
+    (tmp_path / "rig.toml").write_text(f'{text}unit = "N"\n{scale}\n', encoding="utf-8")
+    folder = made(tmp_path, names=NAMES.replace("Fn [mN]", "U [V]"))
+    row = 'file = "signals.csv"\n'
+    told = (folder / "run.toml").read_text(encoding="utf-8").replace(row, f'{row}reader = "rig.toml"\n')
+    (folder / "run.toml").write_text(told, encoding="utf-8")
+    assert any("'U [V]' is in V in the file" in note for note in read_run(folder).notes) == noted
 
 
 @pytest.mark.parametrize(("scale", "noted"), [("", True), ("scale = -1", True), ("scale = 1000", False)])

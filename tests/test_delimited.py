@@ -614,6 +614,18 @@ def test_a_table_cut_in_the_middle_of_a_number_is_still_refused():
 
 
 @pytest.mark.parametrize(
+    ("rows", "is_table"),
+    [
+        ("14:00:01;3.480\n14:00:02;3.470\n", True),
+        ("2025-11-03 14:00:01;3,480\n2025-11-03 14:00:02;3,47\n", True),
+        ("14-00-01;3.480\n14-00-02;3.470\n", False),
+    ],
+)
+def test_times_of_day_and_one_column_of_numbers_are_a_table(rows, is_table):
+    assert (confidence(f"Time;Friction [N]\n{rows}") >= 0.5) == is_table
+
+
+@pytest.mark.parametrize(
     "content",
     [
         '{\n  "a": 1,\n  "b": 2,\n  "c": 3\n}\n',

@@ -152,6 +152,34 @@ def test_a_row_that_cannot_be_is_refused_and_nothing_is_made(run_cli, lab, rows,
     assert sorted(path.name for path in lab.iterdir()) == ["lab.toml", "tests.csv"]
 
 
+AREAS = "Probe;Normalkraft [N];Gleitgeschwindigkeit [m/s];Gleitweg [m];disc_track_area [um^2];Legierung"
+
+
+@pytest.mark.parametrize("option", [("tests.csv", "--each-row"), ("log.csv", "--ends", "tests.csv")])
+@pytest.mark.parametrize(
+    ("first", "second", "told"),
+    [
+        ("5;0,1;500;510;a", "5;0,1;500;1.020;b", "line 3, column 'disc_track_area [um^2]': found '1.020'"),
+        ("5;0,1;500;510;a", "5;0,1;1.000;510;b", "line 3, column 'Gleitweg [m]': found '1.000'"),
+        ("5;1;500;1.020 um^2;a", "5;1;500;0,5 um^2;b", "line 2, column 'disc_track_area [um^2]': found '1.020 um^2'"),
+        ("5;1;500;1.020;1,5 h", "5;1;500;510;b", "line 2, column 'disc_track_area [um^2]': found '1.020'"),
+    ],
+)
+def test_a_point_among_decimal_commas_may_stand_between_thousands(run_cli, lab, option, first, second, told):
+    table(lab, f"log;{first}", f"P2;{second}", head=AREAS)
+    (lab / "log.csv").write_text("Time [s];Friction force [N]\n0;2\n1;2\n2;3\n", encoding="utf-8")
+    refused = run_cli("new", *option)
+    assert refused.exit_code == 1
+    assert told in refused.stderr
+    assert "the point may be a decimal or a thousands separator" in refused.stderr
+
+
+def test_points_are_decimal_where_no_number_has_a_decimal_comma(run_cli, lab):
+    table(lab, "P1;5;0.1;500;1.020;1,3-diketone", "P2;5;0.1;500;510.5;b", head=AREAS)
+    assert run_cli("new", "tests.csv", "--each-row").exit_code == 0
+    assert run_toml("P1")["end_values"]["disc_track_area"] == "1.020 um^2"
+
+
 def test_a_table_of_tests_is_not_taken_for_a_recording(run_cli, lab):
     table(lab, *(row.replace(",", ".") for row in ROWS))
     refused = run_cli("new", "tests.csv")

@@ -90,6 +90,12 @@ def test_what_is_not_understood_is_refused(ls, arguments):
     assert told.stderr.count("\n") == 1
 
 
+def test_a_load_without_a_unit_is_refused_since_the_list_has_no_one_unit_of_it(ls):
+    told = ls("--where", "load>55")
+    assert told.exit_code == 1
+    assert "write 55 mN or 55 N" in told.stderr
+
+
 def test_hostile_texts_are_shown_without_steering_the_terminal(ls):
     told = ls("--columns", "id,title").stdout
     assert "\\x1b[31mred <script>\\u202e" in told
@@ -102,7 +108,7 @@ def test_unreadable_runs_are_told_with_the_others(ls, archive):
     assert told.exit_code == 3
     assert "2 runs in " in told.stdout
     assert "broken.h5: found a file that is damaged or not HDF5" in told.stderr
-    assert ls("--where", "load>300").exit_code == 3
+    assert ls("--where", "load>300mN").exit_code == 3
     told = ls("--json")
     assert told.exit_code == 3
     assert len(json.loads(told.stdout)["runs"]) == 2
@@ -249,7 +255,7 @@ def test_csv_has_units_and_uncertainties(run_cli, archive):
 @pytest.mark.usefixtures("ls")
 def test_csv_is_written_to_a_file(run_cli, archive, tmp_path):
     told = run_cli(
-        *("export", "runs", "--archive", archive, "--where", "load<300"),
+        *("export", "runs", "--archive", archive, "--where", "load<300mN"),
         *("--columns", "id,title,temperature", "-o", tmp_path / "runs.csv"),
     )
     assert told.exit_code == 0

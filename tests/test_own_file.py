@@ -16,7 +16,7 @@ from own_exports import CASES, written
 from sweeps import others_slow
 
 from tribopipe.base.errors import UnitError
-from tribopipe.base.units import is_unit_of, parse, with_point
+from tribopipe.base.units import has_decimal_comma, is_unit_of, parse, with_point
 from tribopipe.readers.column_meanings import meanings_of
 from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.draft.known_values import Known
@@ -158,6 +158,12 @@ def test_a_ball_is_read_by_diameter_or_radius(line, facts):
         ("Normalkraft;5 mm", "'mm' is not a unit for the force"),
         ("Normalkraft;fünf", "no number"),
         ("Normalkraft;1,000 N", "thousands"),
+        ("Normalkraft;1.000 N\nSpurtiefe;0,5", "the point may be a decimal or a thousands separator"),
+        ("Normalkraft;1.000 N\nDrehzahl;1.000,0 1/min", "the point may be a decimal or a thousands separator"),
+        ("Normalkraft;1.000,00 N", "the number in '1.000,00 N' for conditions.normal_load is not understood"),
+        ("Normalkraft;1.000,00;N", "the number in '1.000,00' for conditions.normal_load is not understood"),
+        ("Load: 1,000.5 N", "the number in '1,000.5 N' for conditions.normal_load is not understood"),
+        ("Load: 1 000 N", "the number in '1 000 N' for conditions.normal_load is not understood"),
         ("Normalkraft;0 N", "cannot be a force"),
         ("Luftfeuchte;4500 %", "cannot be a percentage"),
         ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
@@ -170,6 +176,22 @@ def test_header_lines_that_cannot_be_taken_are_named(lines, told):
     found = header_facts(lines)
     assert any(told in note for note in found.notes)
     assert not {LOAD, "contact.pin.radius", "contact.pin.diameter"} & found.facts.keys()
+
+
+def test_a_point_in_a_header_above_decimal_commas_may_stand_between_thousands():
+    header = "Drehzahl;1.200 1/min\nSpurradius;8.5 mm\n"
+    assert header_facts(header).facts["conditions.rotational_speed"] == "1.200 1/min"
+    found = header_facts(header, commas=True)
+    assert found.facts == {"conditions.track_radius": "8.5 mm"}
+    assert "write 1200, or" in found.notes[0]
+
+
+@pytest.mark.parametrize(("decimal", "known"), [(",", False), (".", True)])
+def test_the_decimal_separator_of_the_data_rows_counts_for_the_header(tmp_path, decimal, known):
+    rows = "".join(f"{n}.5;2.{n}1\n".replace(".", decimal) for n in range(9))
+    path = tmp_path / "a.csv"
+    path.write_text(f"Normalkraft;1.000 N\n\nZeit [s];Reibkraft [N]\n{rows}", encoding="utf-8")
+    assert (LOAD in read_export(path).header.facts) == known
 
 
 def test_a_row_of_units_states_nothing():
@@ -383,6 +405,29 @@ def test_a_decimal_comma_is_understood(typed, read):
 def test_a_comma_that_may_stand_between_thousands_is_refused(typed):
     with pytest.raises(UnitError, match="thousands"):
         with_point(typed)
+
+
+@pytest.mark.parametrize("typed", ["1.020", "1.000 N", "-12.345 m", "1.234.567 um"])
+def test_a_point_among_decimal_commas_may_stand_between_thousands(typed):
+    with pytest.raises(UnitError, match="the point may be a decimal or a thousands separator") as refused:
+        with_point(typed, commas=True)
+    thousands = typed.split()[0].replace(".", "")
+    assert f"; write {thousands}, or append a zero as a further decimal" in str(refused.value)
+    assert with_point(typed) == typed
+
+
+@pytest.mark.parametrize("typed", ["0.450 N", "1.02 N", "1.0200 N", "1020", "1.2379 steel"])
+def test_a_point_that_can_only_be_a_decimal_one_is_understood_among_decimal_commas(typed):
+    assert with_point(typed, commas=True) == typed
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [("0,5", True), ("5,0 N", True), ("1.000,00 N", True), ("12,500 mm", False), ("1.5", False), ("5", False),
+     ("1,3-diketone", False), ("1,2,3", False), ("", False)],
+)  # fmt: skip
+def test_a_decimal_comma_is_told_from_other_commas(text, shown):
+    assert has_decimal_comma(text) == shown
 
 
 @given(st.decimals("-999", "999", places=2), st.sampled_from(["N", "mm", "m/s"]))

@@ -60,6 +60,11 @@ _NUMBER_THEN_UNIT = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)\Z", re.DOTALL
 )
 _DECIMAL_COMMA = re.compile(r"(?P<whole>\s*[+-]?\d+),(?P<decimals>\d+)(?![\d.,])", re.ASCII)
+_AFTER_THOUSANDS = re.compile(r"\s*[+-]?\d{1,3}(?:\.\d{3})+,\d+(?![\d.,])", re.ASCII)
+"""Number with a decimal comma after points between thousands."""
+_MAYBE_THOUSANDS = re.compile(
+    r"\s*(?P<number>[+-]?0*[1-9]\d*(?P<sign>[.,])\d{3}(?:(?P=sign)\d{3})*)(?![\d.,])", re.ASCII
+)
 _LONGEST_UNIT = 40
 _SPELLINGS = str.maketrans(
     {
@@ -238,7 +243,7 @@ def parse(text: str, kind: str) -> float:
     """
     wanted = KINDS[kind]
     matched = _NUMBER_THEN_UNIT.match(text.rstrip())
-    if matched is None or matched["unit"].startswith(","):
+    if matched is None or matched["unit"].startswith((",", ".")):
         hint = "; write a decimal point" if re.search(r"\d,\d", text) else ""
         raise UnitError(
             f"found {text!r}, which is not a number with a unit; expected a {kind} such as {wanted.example!r}{hint}"
@@ -256,21 +261,28 @@ def parse(text: str, kind: str) -> float:
     return value
 
 
-def with_point(text: str) -> str:
+def with_point(text: str, *, commas: bool = False) -> str:
     """Write the decimal comma of a number that a person typed as a point: "0,1 m/s" is "0.1 m/s".
 
-    Raises ``UnitError`` where the comma may as well stand between thousands, as in "1,000 N".
+    Raises ``UnitError`` where the comma may as well stand between thousands, as in "1,000 N", or the point beside other
+    numbers with decimal ``commas``.
     """
-    found = _DECIMAL_COMMA.match(text)
-    if found is None:
-        return text
-    whole, decimals = found["whole"], found["decimals"]
-    if len(decimals) == 3 and whole.strip("+- ").lstrip("0"):
+    doubtful = _MAYBE_THOUSANDS.match(text)
+    if doubtful and (commas or doubtful["sign"] == ","):
+        sign = "comma" if doubtful["sign"] == "," else "point"
         raise UnitError(
-            f"found {text!r}, where the comma may be a decimal or a thousands separator; expected a decimal point or "
-            f"no comma; write {whole.strip()}.{decimals} or {whole.strip()}{decimals}"
+            f"found {text!r}, where the {sign} may be a decimal or a thousands separator; expected no thousands "
+            f"separators, or other than three decimals; write {doubtful['number'].replace(doubtful['sign'], '')}, or "
+            "append a zero as a further decimal"
         )
-    return f"{whole}.{decimals}{text[found.end() :]}"
+    found = _DECIMAL_COMMA.match(text)
+    return text if found is None else f"{found['whole']}.{found['decimals']}{text[found.end() :]}"
+
+
+def has_decimal_comma(text: str) -> bool:
+    """Return whether a text is a number, with or without a unit, whose comma can only be a decimal one."""
+    found = _AFTER_THOUSANDS.match(text) or _DECIMAL_COMMA.match(text)
+    return found is not None and not _MAYBE_THOUSANDS.match(text) and is_unit(text[found.end() :])
 
 
 def parse_interval(text: str, kind: str, *, of: float) -> float:

@@ -30,10 +30,15 @@ def with_clock_times(table: ReadTable) -> ReadTable:
     return replace(table, columns=columns, notes=(*table.notes, *notes))
 
 
+def is_clock_time(text: str) -> bool:
+    """Return whether a text is a time of day, with or without a date."""
+    return _CLOCK.fullmatch(text.strip()) is not None
+
+
 def _seconds(column: ReadColumn) -> Column | None:
     """Return the times of a column, s; none where a field is no time of day, or only some have a date."""
     # One look at the first field spares long columns of other texts.
-    if column.values.dtype != object or column.unit or not _CLOCK.fullmatch(str(column.values[0]).strip()):
+    if column.values.dtype != object or column.unit or not is_clock_time(str(column.values[0])):
         return None
     found = [_CLOCK.fullmatch(str(field).strip()) for field in column.values]
     days = [_day(one["date"]) if one and one["date"] else None for one in found]

@@ -13,14 +13,14 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError, UnitError, did_you_mean
 from tribopipe.base.files import beside, leads_out, read_file
-from tribopipe.base.units import KINDS, is_rotational, is_unit_of, show, to_si
+from tribopipe.base.units import KINDS, is_rotational, is_unit, is_unit_of, show, to_si
 from tribopipe.documents.manifest import ColumnSource, RunManifest, SignalFile, SignalSource
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of, unit_for
 from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
 from tribopipe.readers.tables import bare_name, is_number
-from tribopipe.results.run import AT_A_LEVER, READ_IN, ExtraColumn, SourceFile
+from tribopipe.results.run import AT_A_LEVER, OF_ANOTHER_KIND, READ_IN, ExtraColumn, SourceFile
 
 T = TypeVar("T")
 _MOST = 1e60
@@ -84,14 +84,31 @@ def unit_of(column: ReadColumn, source: ColumnSource | None) -> str | None:
     return (source.unit if source else None) or column.unit
 
 
-def contradiction(column: ReadColumn, stated: str | None, where: str) -> str | None:
-    """Report that a unit stated elsewhere is of the same kind as the file's own one, and another."""
+def contradiction(column: ReadColumn, stated: str | None, where: str, *, scaled: bool = False) -> str | None:
+    """Report that a unit stated elsewhere is another than the file's own one; a scale converts units of two kinds."""
     if stated is None or column.unit is None:
         return None
-    kind = next((kind for kind in KINDS if is_unit_of(stated, kind) and is_unit_of(column.unit, kind)), None)
-    if kind is None or all(to_si(value, stated, kind) == to_si(value, column.unit, kind) for value in (0.0, 1.0)):
+    own, read = _beside(column.unit, stated), _beside(stated, column.unit)
+    kind = next((kind for kind in KINDS if is_unit_of(read, kind) and is_unit_of(own, kind)), None)
+    if kind is None and (scaled or not _are_of_two_kinds(own, read)):
         return None
-    return f"column {column.name!r} is in {column.unit} in the file, but {READ_IN} {stated} as stated in {where}"
+    if kind is not None and all(to_si(value, read, kind) == to_si(value, own, kind) for value in (0.0, 1.0)):
+        return None
+    other = f", {OF_ANOTHER_KIND}" if kind is None else ""
+    return f"column {column.name!r} is in {column.unit} in the file{other}, but {READ_IN} {stated} as stated in {where}"
+
+
+def _beside(unit: str, other: str) -> str:
+    """Return a unit as it is meant beside another one for the same column: "C" beside "K", or "kg" beside "N"."""
+    if is_unit_of(other, "temperature") and unit in ("C", "F"):
+        return f"deg{unit}"
+    return f"({unit})*g_0" if is_unit_of(other, "force") and is_unit_of(unit, "mass") else unit
+
+
+def _are_of_two_kinds(unit: str, other: str) -> bool:
+    """Return whether units are of two kinds; none of "-" or counts, and "S" may be written for "s"."""
+    known = all(is_unit(one) and not is_unit_of(one, "ratio") for one in (unit, other))
+    return known and unit.casefold() != other.casefold()
 
 
 def is_a_weight(column: ReadColumn, source: ColumnSource | None, kind: str) -> bool:

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import is_unit
-from tribopipe.readers.clock_times import with_clock_times
+from tribopipe.readers.clock_times import is_clock_time, with_clock_times
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.number_fields import Parsed, parse_fields
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
@@ -68,12 +68,14 @@ class DelimitedReader:
         if not table.fits or table.regularity < 0.5:
             line = table.rows[table.top].line
             return Match(0.2, f"most rows do not have as many fields as the header in line {line}")
-        if len(table.numeric) < 2 and table.textual:
+        first = table.rows[table.body].cells
+        numeric = table.numeric | {n for n in table.textual if n < len(first) and is_clock_time(first[n])}
+        if len(numeric) < 2 and table.textual:
             return Match(0.3, f"only one of {table.width} columns contains numbers")
         if _NO_TABLE.match(table.rows[0].cells[0]) or any("=" in row.cells for row in table.rows[table.body :]):
             return Match(0.3, "it looks like a document, settings or a program")
-        share = len(table.numeric) / table.width
-        return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(table.numeric)} of them numeric")
+        share = len(numeric) / table.width
+        return Match(0.5 + 0.2 * share, f"a table of {table.width} columns, {len(numeric)} of them numeric")
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` with file and line where it is no whole, unambiguous table."""
@@ -132,6 +134,7 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
         layout.header,
         (*text.notes, *notes),
         line_of=lambda row: _line_numbers(text, layout, {row})[row],
+        decimal=layout.decimal,
     )
 
 

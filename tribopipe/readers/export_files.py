@@ -70,7 +70,8 @@ class Export:
         """Return the facts in the header about the run, as defined by the format or else from free text lines."""
         if self.table.facts or self.reader.holds != "signals":
             return HeaderFacts(dict(self.table.facts), {})
-        return header_facts(self.table.header, [column.name for column in self.table.columns])
+        names = [column.name for column in self.table.columns]
+        return header_facts(self.table.header, names, commas=self.table.decimal == ",")
 
     @cached_property
     def meanings(self) -> Mapping[str, Meaning]:

@@ -12,7 +12,7 @@ from datetime import date, datetime
 from typing import NamedTuple
 
 from tribopipe.base.errors import UnitError
-from tribopipe.base.units import is_rotational, is_unit, is_unit_of, parse, with_point
+from tribopipe.base.units import has_decimal_comma, is_rotational, is_unit, is_unit_of, parse, with_point
 from tribopipe.readers.column_meanings import names_of, plain
 from tribopipe.readers.headed_tables import moment, moment_by
 from tribopipe.readers.tables import is_unit_row, split_name
@@ -131,7 +131,11 @@ _SIZE = re.compile(
     r"[\s;:=]*|(?<![\w.,]))(?P<number>\d+(?:[.,]\d+)?)[ ;]*(?P<unit>mm|µm|μm|um|cm|in|inch)\b",
     re.IGNORECASE,
 )
-_NUMBER = re.compile(r"(?P<number>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)", re.ASCII | re.DOTALL)
+_NUMBER = re.compile(
+    r"(?P<number>[+-]?\d++(?:[.,]\d++)?+(?:[eE][+-]?\d++)?+)(?![.,'’]\d|[\s\u00a0\u202f]\d{3})\s*(?P<unit>.*)",
+    re.ASCII | re.DOTALL,
+)
+"""Number without thousands separators."""
 _DAY = re.compile(r"(?<!\d)(\d{1,2})\.(\d{1,2})\.(\d{4})(?:[\s,;T]+(\d{1,2}):(\d\d)(?::(\d\d))?)?(?!\d)", re.ASCII)
 _ISO_DAY = re.compile(r"(?<!\d)(\d{4})[-./年](\d{1,2})[-./月](\d{1,2})日?(?!\d)", re.ASCII)
 _CLOCK = re.compile(r"\d{1,2}:[0-5]\d(?::[0-5]\d)?", re.ASCII)
@@ -141,6 +145,7 @@ _MARKS = f"{_BLANKS}#%!*/"
 _COLON_AND_MORE = re.compile(r"\s?[：:=](?=\s*[\t;|,])")
 """A colon before another separator, "Operator:,A. Tester"."""
 _SEPARATORS = ("\t", ";", "|", "：", ":", "=", ",")
+_CELLS = re.compile(r"[\t;|：:=]")
 _LONGEST = 300
 _MOST_LINES = 300
 _RANGES = {"conditions.relative_humidity": (0.0, 1.0)}
@@ -177,13 +182,24 @@ class _Label(NamedTuple):
     cells: Sequence[str]
 
 
-def header_facts(header: str, names: Iterable[str] = ()) -> HeaderFacts:
-    """Return what the lines above a table state; that of the ``names`` of its columns is none of them."""
+def header_facts(header: str, names: Iterable[str] = (), *, commas: bool = False) -> HeaderFacts:
+    """Return what the lines above a table state.
+
+    Parameters
+    ----------
+    header
+        The lines.
+    names
+        Names of the columns of the table; a line of them states nothing.
+    commas
+        Whether the numbers in the table have decimal commas.
+    """
     columns, notes = frozenset(names), []
     lines = [line.strip() for line in header.splitlines()[:_MOST_LINES] if len(line) <= _LONGEST]
     lines = [line for line in lines if line and not _names_columns(line, columns) and not _is_row_of_units(line)]
+    commas = commas or any(has_decimal_comma(cell.strip(_BLANKS)) for line in lines for cell in _CELLS.split(line))
     found: dict[str, list[Fact]] = {}
-    for key, value, line in _said(lines):
+    for key, value, line in _said(lines, commas=commas):
         if value is None:
             notes.append(f"header line {line!r}: {key}")
         else:
@@ -209,7 +225,7 @@ def _is_row_of_units(line: str) -> bool:
     return len(cells) > 1 and is_unit_row(cells)
 
 
-def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:
+def _said(lines: Sequence[str], *, commas: bool) -> Iterator[tuple[str, str | None, str]]:
     """Give key, value and line of what lines state; where it is not taken, no value, and why in place of the key."""
     for line in lines:
         label = _label(line)
@@ -220,12 +236,12 @@ def _said(lines: Sequence[str]) -> Iterator[tuple[str, str | None, str]]:
             written = written.replace("/", ".") if label.key == "day first" else written
             yield from ((key, value, line) for key, value in _started(written, lines))
         elif label.key.startswith("half "):
-            key, value = _quantity(label.key.removeprefix("half "), label)
+            key, value = _quantity(label.key.removeprefix("half "), label, commas=commas)
             yield key, value if value is None else _half(value), line
         elif label.key == "ambiguous":
             yield "it may be the radius of the wear track or that of the ball", None, line
         elif label.key in _QUANTITIES:
-            yield *_quantity(label.key, label), line
+            yield *_quantity(label.key, label, commas=commas), line
         elif label.key in _TEXTS and label.cells and plain(label.cells[0]) not in _NOTHING:
             yield label.key, label.cells[0], line
 
@@ -248,23 +264,23 @@ def _bare(line: str) -> str:
     return line.lstrip(_MARKS).rstrip(f"{_BLANKS};,")
 
 
-def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
+def _quantity(key: str, label: _Label, *, commas: bool) -> tuple[str, str | None]:
     """Return key and value of a quantity, or why it is not taken and none."""
     kind = _QUANTITIES[key][0]
     found = _NUMBER.fullmatch(label.cells[0]) if label.cells else None
     if found is None:
-        return f"no number follows the label of {key}", None
+        return _why_no_number(key, label), None
     units = [found["unit"].strip(), *label.cells[1:2], label.unit or ""]
     unit = next((unit.strip("[]() ") for unit in units if unit and is_unit(unit.strip("[]() "))), None)
     if unit is None:
         return f"no unit is given with the {kind} of {key}", None
     if kind == "speed" and is_rotational(unit):
-        return _quantity("conditions.rotational_speed", label)
+        return _quantity("conditions.rotational_speed", label, commas=commas)
     is_weight = kind == "force" and is_unit_of(unit, "mass")
     if not is_weight and not is_unit_of(unit, kind):
         return f"{unit!r} is not a unit for the {kind} of {key}", None
     try:
-        written = with_point(f"{found['number']} {unit}")
+        written = with_point(f"{found['number']} {unit}", commas=commas)
         if is_weight:
             written = f"{parse(f'{written}*g_0', kind):.6g} N"
         value = parse(written, kind)
@@ -274,6 +290,13 @@ def _quantity(key: str, label: _Label) -> tuple[str, str | None]:
     if not least < value <= most:
         return f"{written} cannot be a {kind} of {key}", None
     return key, written
+
+
+def _why_no_number(key: str, label: _Label) -> str:
+    written = "".join(label.cells[:1])
+    if not written.lstrip("+-")[:1].isdigit():
+        return f"no number follows the label of {key}"
+    return f"the number in {written!r} for {key} is not understood; write it without thousands separators"
 
 
 def _half(diameter: str) -> str:

@@ -215,7 +215,7 @@ class LongText:
             words = _with_words(words, table, begun=begun)
             begun = True
             columns = tuple(replace(column, first_bad=words.get(n)) for n, column in enumerate(table.columns))
-            yield ReadTable(columns, self.layout.header, (*self.note, *table.notes, *left_out))
+            yield ReadTable(columns, self.layout.header, (*self.note, *table.notes, *left_out), decimal=table.decimal)
 
     def _text(self, block: bytes, *, partial: bool) -> Text:
         content = block if self.encoding == "utf-8" else block.decode(self.encoding).encode()

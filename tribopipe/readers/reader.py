@@ -83,6 +83,8 @@ class ReadTable:
     {"conditions.normal_load": "5 N", "started": "2022-05-12T12:21:58", "instrument": "UMT TriboLab"}."""
     line_of: Callable[[int], int] | None = field(default=None, repr=False, compare=False)
     """Gives the line on which a row stands, the first row being 0; none where the file has no lines."""
+    decimal: Literal[".", ","] | None = field(default=None, compare=False)
+    """Decimal separator of the numbers in a text."""
 
 
 @dataclass(frozen=True)

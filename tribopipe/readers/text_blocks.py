@@ -207,7 +207,8 @@ def read_segments(text: Text, segments: Sequence[Segment], *, numbered: bool = T
     if numbered:
         number = np.repeat(np.arange(1.0, len(counts) + 1), counts)
         columns = (*columns, ReadColumn(SEGMENT, number, "1"))
-    return ReadTable(columns, outside(text, segments), (*text.notes, *notes), line_of=partial(_line_of, tables))
+    header, line_of = outside(text, segments), partial(_line_of, tables)
+    return ReadTable(columns, header, (*text.notes, *notes), line_of=line_of, decimal=tables[0].decimal)
 
 
 def _line_of(tables: Sequence[ReadTable], row: int) -> int:

@@ -199,9 +199,9 @@ def _made_of(profile: ReaderProfile, column: ReadColumn, told: DescribedColumn |
     if told is None:
         return _Made((column,))
     scaled = (told.scale, told.offset) != (1.0, 0.0)
-    # Another scale may be the conversion from the file's unit.
-    unit = told.unit if abs(told.scale) == 1 else None
-    dissent = contradiction(column, unit, f"the profile {profile.name!r}")
+    # Another scale may be the conversion from the file's unit; between units of two kinds, a stated 1 may be one, too.
+    unit, is_scaled = told.unit if abs(told.scale) == 1 else None, "scale" in told.model_fields_set
+    dissent = contradiction(column, unit, f"the profile {profile.name!r}", scaled=is_scaled)
     notes = [dissent] if dissent else []
     if told.calibration is None and not scaled:
         made = replace(column, unit=told.unit or column.unit, signal=told.signal, axis=told.axis)

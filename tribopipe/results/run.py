@@ -121,6 +121,8 @@ AT_A_LEVER = "is treated as a force at"
 """Part of the note on a friction force where only a torque has one meaning."""
 READ_IN = "is read in"
 """Part of the note on a unit that takes precedence over another one in the file."""
+OF_ANOTHER_KIND = "a unit of another kind"
+"""Part of that note where no factor converts one into the other."""
 
 
 @dataclass(frozen=True, repr=False)

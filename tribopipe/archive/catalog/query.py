@@ -165,6 +165,11 @@ def _value(column: ListedColumn, text: str, where: str) -> Span | str:
 def _span(column: ListedColumn, text: str, where: str) -> Span:
     from tribopipe.base.units import parse
 
+    if column.measures == "force" and _NUMBER.fullmatch(text):  # lists show loads in either unit
+        raise QueryError(
+            f"{where}: found {_cut(text)!r} without a unit; expected a force in mN or N; write {_cut(text)} mN or "
+            f"{_cut(text)} N"
+        )
     try:
         number = parse(f"{text} {column.unit}" if _NUMBER.fullmatch(text) else text, column.measures)
     except UnitError as error:

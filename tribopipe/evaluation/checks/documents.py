@@ -14,7 +14,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID
 from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.readings import PinWay
-from tribopipe.results.run import AT_A_LEVER, READ_IN, RawRun
+from tribopipe.results.run import AT_A_LEVER, OF_ANOTHER_KIND, READ_IN, RawRun
 
 
 def _bodies(run: RawRun) -> Iterator[tuple[str, Quantity | None, Quantity]]:
@@ -259,7 +259,9 @@ def units_disagree(run: RawRun) -> Iterator[Trouble]:
             yield Trouble(
                 "signals",
                 f"found two units for a signal: {note}; expected the unit of the file",
-                "remove the stated unit, unless the file states a wrong one",
+                "map another column, or convert this one in a reader description, unless the file states a wrong unit"
+                if OF_ANOTHER_KIND in note
+                else "remove the stated unit, unless the file states a wrong one",
             )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tribopipe.base.errors import ManifestError, UnitError, did_you_mean
-from tribopipe.base.units import with_point
+from tribopipe.base.units import has_decimal_comma, with_point
 from tribopipe.documents.manifest import EndValues
 from tribopipe.readers.column_meanings import plain
 from tribopipe.readers.draft.known_values import Given, sections, shared_key
@@ -111,6 +111,7 @@ def read_ends(path: Path) -> EndsTable:
     """
     head, *rows = _rows(path)
     columns, unused = _columns(path.name, head)
+    commas = any(has_decimal_comma(cell) for row in rows for cell in row.cells[1:])
     found: dict[str, EndsRow] = {}
     for row in rows:
         run = row.cells[0].strip() if row.cells else ""
@@ -125,7 +126,7 @@ def read_ends(path: Path) -> EndsTable:
                 f"{path.name}, line {row.line}: found the run {run!r} twice, first in line {before.line}; "
                 "expected one row per run; delete one of the rows"
             )
-        found[run.casefold()] = _row(path.name, run, row, columns, unused)
+        found[run.casefold()] = _row(path.name, run, row, columns, unused, commas=commas)
     return EndsTable(path.name, tuple(found.values()), tuple(unused.values()))
 
 
@@ -156,7 +157,9 @@ def _rows(path: Path) -> list[Row]:
     return rows
 
 
-def _row(file: str, run: str, row: Row, columns: Sequence[_Column], unused: Mapping[int, str]) -> EndsRow:
+def _row(
+    file: str, run: str, row: Row, columns: Sequence[_Column], unused: Mapping[int, str], *, commas: bool
+) -> EndsRow:
     cells = {place: cell for place, cell in enumerate(row.cells) if cell}
     nameless = cells.keys() - {0, *unused, *(column.place for column in columns)}
     if nameless:
@@ -166,7 +169,7 @@ def _row(file: str, run: str, row: Row, columns: Sequence[_Column], unused: Mapp
         )
     other = {name: cells[place] for place, name in unused.items() if place in cells}
     is_ball = any(column.is_ball and column.place in cells for column in columns)
-    return EndsRow(run, row.line, _values(file, row, columns), other, is_ball)
+    return EndsRow(run, row.line, _values(file, row, columns, commas=commas), other, is_ball)
 
 
 def _columns(file: str, head: Row) -> tuple[list[_Column], dict[int, str]]:
@@ -219,9 +222,10 @@ def _key(name: str) -> str | None:
     return _SYNONYMS.get(plain(name)) or key_of(name)
 
 
-def _values(file: str, row: Row, columns: Sequence[_Column]) -> dict[str, Given]:
+def _values(file: str, row: Row, columns: Sequence[_Column], *, commas: bool) -> dict[str, Given]:
     cells = {column: row.cells[column.place] if column.place < len(row.cells) else "" for column in columns}
-    written = {column: _written(f"{file}, line {row.line}", column, cell) for column, cell in cells.items() if cell}
+    where = f"{file}, line {row.line}"
+    written = {column: _written(where, column, cell, commas=commas) for column, cell in cells.items() if cell}
     values: dict[str, Given] = {}
     for column, value in written.items():
         if not column.is_uncertainty:
@@ -238,13 +242,13 @@ def _values(file: str, row: Row, columns: Sequence[_Column]) -> dict[str, Given]
     return values
 
 
-def _written(where: str, column: _Column, cell: str) -> str:
+def _written(where: str, column: _Column, cell: str, *, commas: bool) -> str:
     """Return a cell as run.toml would hold it, which refuses a number without a unit when it takes it.
 
-    Raises ``ManifestError`` where a comma may stand between thousands.
+    Raises ``ManifestError`` where a comma, or a point in a table with decimal ``commas``, may stand between thousands.
     """
     try:
-        text = with_point(cell)
+        text = with_point(cell, commas=commas)
     except UnitError as error:
         raise ManifestError(f"{where}, column {column.name!r}: {error}") from None
     return f"{text} {column.unit}" if column.unit is not None and _NUMBER.fullmatch(text) else text
