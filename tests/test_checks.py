@@ -126,6 +126,13 @@ def straight(depth):
     return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
 
 
+def without_middle(width):
+    """A profile of a groove without the heights in its middle."""
+    whole = straight(1e-6)
+    seen = np.abs(whole.position) > width / 2
+    return Profile(whole.position[seen], whole.height[seen])
+
+
 def volume(thousandths):
     return {"value": f"{thousandths}e-3 mm^3", "standard_uncertainty": "0.02e-3 mm^3"}
 
@@ -527,6 +534,12 @@ CASES = {
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(0.0)}),
         "end_values.disc_profile",
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-6)}),
+    ),
+    "gap_in_profile": (
+        "warning",
+        lambda run: replace(run, profiles={"end_values.disc_profile": without_middle(3e-5)}),
+        "end_values.disc_profile",
+        lambda run: replace(run, profiles={"end_values.disc_profile": without_middle(2e-6)}),
     ),
     "future_start": ("warning", started(days=1), "started", started(minutes=-1)),
     "missing_input": (

@@ -69,6 +69,19 @@ def within(found, true, share=0.02):
     return abs(found.value - true) <= share * abs(true)
 
 
+@pytest.mark.parametrize("hole", [40e-6, 90e-6])
+def test_heights_missing_in_the_scar_make_the_volume_uncertain(hole):
+    pair = MapPair()
+    after, before = pair.maps()
+    kept = [np.hypot(line.position - pair.off[0], line.across - pair.off[1]) > hole for line in after]
+    after = [
+        replace(line, position=line.position[one], height=line.height[one])
+        for line, one in zip(after, kept, strict=True)
+    ]
+    volume = map_difference(after, before).volume()
+    assert abs(volume.value - pair.volume) <= 2 * volume.standard_uncertainty < 0.15 * pair.volume
+
+
 def test_form_of_the_ball_is_not_counted_as_wear():
     pair = MapPair(off=(0.0, 0.0), shift=(21e-6, -13e-6), scar=0.3e-3, form=0.3e-6)
     after, before = pair.maps()

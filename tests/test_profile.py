@@ -135,6 +135,19 @@ def test_dust_and_piled_up_material_on_the_shoulders_change_little():
     assert dirty.value == pytest.approx(clean.value, rel=0.02)
 
 
+FLAT_BOTTOM = "flat bottom"
+
+
+def with_gap(shape, middle, share, seed=0):
+    """A groove 6 µm deep and 500 µm wide without a share of it, the middle of which is in half widths of the groove."""
+    x = np.linspace(0, 3e-3, 1501)
+    across = (x - 1.5e-3) / 250e-6
+    lost = 6e-6 * np.clip(1 - np.abs(across) ** (8 if shape == FLAT_BOTTOM else 2), 0.0, None)
+    z = 3e-3 * x - lost + 30e-9 * np.random.default_rng(seed).standard_normal(len(x))
+    seen = np.abs(across - middle) > share
+    return Profile(x[seen], z[seen])
+
+
 def refused(profile, crown=None):
     with pytest.raises(FitError) as caught:
         worn_area(profile, crown)
@@ -142,6 +155,48 @@ def refused(profile, crown=None):
     assert text.startswith("profile: found ")
     assert "; expected " in text
     return text
+
+
+@pytest.mark.parametrize("middle", [-1.0, -0.6, 0.0, 0.3, 0.8])
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.4])
+@pytest.mark.parametrize("shape", ["parabola", FLAT_BOTTOM])
+def test_heights_missing_in_a_track_make_it_uncertain(shape, share, middle):
+    area = 500e-6 * 6e-6 * (8 / 9 if shape == FLAT_BOTTOM else 2 / 3)
+    track = worn_area(with_gap(shape, middle, share), None)
+    for found, true in ((track.area, area), (track.depth, 6e-6), (track.width, 500e-6)):
+        assert abs(found.value - true) <= 3 * found.standard_uncertainty
+    assert track.area.standard_uncertainty < share**1.5 * area
+    assert track.gap == pytest.approx(share, rel=0.2)
+
+
+def test_curves_of_a_profile_with_a_gap_are_those_of_its_points():
+    profile = with_gap("parabola", 0.0, 0.4)
+    track = worn_area(profile, None)
+    assert len(track.unworn) == len(track.reference) == len(track.dust) == len(profile.position)
+    np.testing.assert_allclose(track.unworn, 3e-3 * profile.position, atol=20e-9)
+    assert not np.any(track.dust)
+
+
+def test_track_that_is_missing_for_the_most_part_is_refused():
+    text = refused(with_gap("parabola", 0.0, 0.6))
+    assert "found a gap without heights over 60 % of the width of the wear track; expected at most 50 %" in text
+
+
+def test_single_missing_points_and_gaps_on_the_shoulders_are_none():
+    whole = with_gap("parabola", 9.0, 0.0)
+    few = np.random.default_rng(1).random(len(whole.position)) > 0.05
+    beside = (whole.position < 0.3e-3) | (whole.position > 0.9e-3)
+    for seen in (few, beside):
+        track = worn_area(Profile(whole.position[seen], whole.height[seen]), None)
+        assert track.gap == 0
+        assert abs(track.area.value - 2000e-12) <= 3 * track.area.standard_uncertainty < 10e-12
+
+
+def test_points_that_are_denser_in_the_walls_are_no_gaps_to_speak_of():
+    x = np.unique(np.concatenate([np.linspace(0, 3e-3, 101), np.linspace(1.2e-3, 1.3e-3, 401)]))
+    z = -6e-6 * np.clip(1 - ((x - 1.5e-3) / 250e-6) ** 2, 0.0, None)
+    area = worn_area(Profile(x, z), None).area
+    assert abs(area.value - 2000e-12) <= 2 * area.standard_uncertainty < 5e-12
 
 
 @pytest.mark.parametrize("crown", [CROWN, None])

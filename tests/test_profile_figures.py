@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from printable import faults
-from test_profile import flattened
+from test_profile import flattened, with_gap
 from test_profile_files import bare
 from test_profile_pile_up import AREA, BALL, SCAR, X, piled_up, ridged, scan
 
@@ -112,6 +112,19 @@ def test_show_a_file_without_a_track_names_it_once(run_cli, track):
     (track / "short.txt").write_text("mm um\n0 1\n1 2\n2 1\n", encoding="utf-8")
     told = run_cli("show", "short.txt", cwd=track)
     assert told.stderr.startswith("error: short.txt: found 3 points")
+
+
+def test_show_tells_of_heights_missing_in_a_track(run_cli, tmp_path):
+    whole = with_gap("parabola", 9.0, 0.0)
+    rows = bare(whole.position, whole.height).splitlines()
+    missing = [f"{x:.6f}\t" if abs(x - 1.5) < 0.1 else row for x, row in zip(1e3 * whole.position, rows, strict=True)]
+    path = tmp_path / "gap.txt"
+    path.write_text("x [mm]\tz [um]\n" + "\n".join(missing), encoding="utf-8")
+    told = run_cli("show", path)
+    assert "profile: found a gap without heights over 40 % of the width of the wear track; expected" in told.stderr
+    (shown,) = json.loads(run_cli("show", path, "--json").stdout)["profiles"]
+    area = shown["track"]["area"]
+    assert abs(area["value"] - 2000e-12) < 2 * area["standard_uncertainty"] < 400e-12
 
 
 def test_of_many_profiles_without_a_track_the_first_says_why(run_cli, track):

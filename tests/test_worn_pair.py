@@ -159,6 +159,34 @@ def test_contradictions_between_the_bodies_are_named(wrong):
     assert any(wrong in one.message and "not their mean" in one.message for one in findings)
 
 
+GAINS = ["disc_wear_depth", "disc_track_width", "disc_track_area", "disc_wear_volume"]
+
+
+@pytest.mark.parametrize("beside", GAINS)
+def test_groove_of_a_pin_that_has_gained_is_that_of_an_unworn_one(beside):
+    found = SphereOnTrack(RADIUS).worn(0.0, 30e-12)
+    given = readings(found) | {"disc_track_area": si(30e-12, "m^2", 3e-15)}
+    worn = wear(given | {"pin_wear_volume": si(-5e-15, "m^3", 5e-16)}, "pin_wear_volume", beside)
+    (disc,), (pin,) = worn.bodies["disc"], worn.bodies["pin"]
+    assert disc.depth.value == pytest.approx(float(found.groove_depth), rel=1e-6)
+    assert disc.volume.value == pytest.approx(30e-12 * PATH, rel=1e-6)
+    assert disc.depth.standard_uncertainty < 3e-3 * disc.depth.value
+    assert (pin.depth, pin.volume.value) == (None, -5e-15)
+
+
+@pytest.mark.parametrize("beside", GAINS)
+@pytest.mark.parametrize("lost", [0.0, 0.2e-15, 0.5e-15])
+@pytest.mark.parametrize("error", [-1, 0, 1])
+def test_groove_beside_a_pin_that_hardly_wore_is_within_its_uncertainty(beside, lost, error):
+    """u(V) of the pin is 0.5·10⁻⁶ mm³: at a reading below zero as well, the pin may have worn."""
+    found = SphereOnTrack(RADIUS).worn(lost, 30e-12)
+    given = readings(found) | {"disc_track_area": si(30e-12, "m^2", 3e-15)}
+    read = si(lost + error * 0.5e-15, "m^3", 0.5e-15)
+    (disc,) = wear(given | {"pin_wear_volume": read}, "pin_wear_volume", beside).bodies["disc"]
+    for quantity, true in ((disc.depth, float(found.groove_depth)), (disc.volume, 30e-12 * PATH)):
+        assert abs(quantity.value - true) <= 2.1 * quantity.standard_uncertainty + 1e-9 * true
+
+
 def test_no_wear_is_as_uncertain_as_a_cap_of_its_uncertainty():
     """0 ± 0.1 µm: a cap of 0.1 µm holds πRh², and with a normal distribution the root mean square is √3 of it."""
     run = run_of(described(pin_wear_depth=si(0.0, "m", 1e-7)))

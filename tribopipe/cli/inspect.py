@@ -125,7 +125,7 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     profiles = dict(zip(keys, lines, strict=True))
     found = {key: examined(profile, radius) for key, profile in profiles.items()}
     figures = save_profile_figures(profiles, found, _FIGURES, path.stem) if asked.plot else {}
-    shown, said = _Shown(profiles, found, figures), [*remarks(read), *notes]
+    shown, said = _Shown(profiles, found, figures), [*remarks(read), *notes, *_gap_notes(found)]
     worn = None if radius is None else _worn_tip(path, profiles, radius)
     if as_json:
         tip = None if worn is None else {name: record_json(getattr(worn, name)) for name in ("volume", "radius")}
@@ -139,6 +139,17 @@ def show_profile_file(path: Path, asked: ProfileOptions, *, as_json: bool) -> No
     row = [worn.volume.shown("mm^3"), worn.radius.shown("mm")]
     table(f"{path}: scar in the height map", ["wear volume of the tip", "radius of the unworn surface"], [row])
     shown.tell(f"\n{path}: scar in scan lines")
+
+
+def _gap_notes(found: "Mapping[str, Track | Level]") -> list[str]:
+    """Report the widest gap in a track."""
+    from tribopipe.evaluation.measurements.track_profile import GAP_REMEDY, Track, gap_found
+
+    gaps = {key: track.gap for key, track in found.items() if isinstance(track, Track) and track.gap}
+    if not gaps:
+        return []
+    widest = max(gaps, key=lambda key: gaps[key])
+    return [f"{widest}: {gap_found(gaps[widest])}; {GAP_REMEDY}"]
 
 
 def _worn_tip(path: Path, profiles: "Mapping[str, Profile]", radius: float) -> "MapVolume | None":

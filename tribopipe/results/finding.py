@@ -80,6 +80,7 @@ TITLES: Mapping[str, str] = {
     "unstated_uncertainty": "default uncertainties used",
     "impossible_measurement": "impossible post-test measurement",
     "no_wear_in_profile": "no wear track found in a profile",
+    "gap_in_profile": "heights missing in a wear track",
     "map_radius_differs": "tip radius differs from that in the height map",
     "measurements_disagree": "post-test measurements disagree",
     "no_samples": "no samples",

@@ -16,9 +16,10 @@ from tribopipe.evaluation.checks.registry import Trouble, check
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
+from tribopipe.evaluation.measurements.profile_gaps import has_gaps
 from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
-from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
+from tribopipe.evaluation.measurements.track_profile import GAP_REMEDY, gap_found, reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.measurements.worn_pair import contradictions, surest
 from tribopipe.physics.geometry import scar_depth
@@ -160,6 +161,21 @@ def no_wear_in_profile(run: RawRun) -> Iterator[Trouble]:
         except FitError as error:
             yield _no_wear(where, error)
     yield from _no_difference(run)
+
+
+@check("warning")
+def gap_in_profile(run: RawRun) -> Iterator[Trouble]:
+    """Name the widest gap between heights in the track, of the profiles of each key."""
+    maps, widest = _maps(run), dict[str, tuple[float, str]]()
+    for where, profile in run.single_profiles.items():
+        key, radius = _ITEM.sub("", where), reference_radius(run.manifest, where)
+        if key not in maps and has_gaps(profile.position):
+            with suppress(FitError):
+                gap = worn_area(profile, None if radius is None else radius.value).gap
+                widest[key] = max(widest.get(key, (0.0, where)), (gap, where))
+    for gap, where in widest.values():
+        if gap:
+            yield Trouble(where, gap_found(gap), GAP_REMEDY)
 
 
 def _no_difference(run: RawRun) -> Iterator[Trouble]:

@@ -174,6 +174,30 @@ def bridged(values: Column) -> tuple[Column, Column]:
     return np.where(missing, both, values), apart
 
 
+def sags(values: Column) -> Column:
+    """Return how far off the values between those measured may be because these lie on a curve.
+
+    What is interpolated across a hole is compared with what would be if the hole were twice as wide: for a parabola,
+    that is off by four times as much.
+    """
+    near, _ = bridged(values)
+    holes = np.isnan(values) & np.isfinite(near)
+    if not np.any(holes):
+        return np.zeros(values.shape)
+    wider, _ = bridged(np.where(_around(holes), np.nan, values))
+    return np.where(holes, np.abs(np.nan_to_num(wider - near)) / 3, 0.0)
+
+
+def _around(holes: Mask) -> Mask:
+    """Return holes, each made wider on all sides by half its width."""
+    from scipy.ndimage import distance_transform_edt, label, maximum
+
+    parts, count = label(holes)
+    half = np.asarray(maximum(distance_transform_edt(holes), parts, np.arange(count + 1)))
+    away, (rows, columns) = distance_transform_edt(~holes, return_indices=True)
+    return np.asarray(away <= half[parts[rows, columns]])
+
+
 def _interpolated(values: Column) -> tuple[Column, Column]:
     """Return each row with its gaps interpolated, NaN beyond its ends, and the length of the gap at each place."""
     filled, gaps = values.copy(), np.ones(values.shape)

@@ -15,7 +15,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map
+from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map, sags
 from tribopipe.evaluation.measurements.map_registration import Placed, placed, without_holes
 from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness, by_sampling, through_fit
 from tribopipe.evaluation.measurements.profile_levelling import Mask
@@ -154,8 +154,14 @@ class MapDifference:
             self._within(ring) / math.sqrt(3),
             self._within(outside) / math.sqrt(3),
             float(np.sum(weights * self.apart)) / 2,
+            float(np.sum(weights * np.where(self.overlap, sags(self._seen), 0.0))),
         )
         return Quantity(value=float(np.sum(weights * self.lost)), unit="m^3", standard_uncertainty=spread)
+
+    @property
+    def _seen(self) -> Column:
+        """Height lost in each cell, m; NaN where missing in one of the maps."""
+        return np.where(self.surface.overlap(), self.surface.height - self.grid.height, np.nan)
 
     def _within(self, part: Mask) -> float:
         return float(np.sum((self.grid.area * self.lost)[part]))

@@ -1,7 +1,7 @@
 """Worn and piled-up areas, width, depth and volumes from a profile across a wear track or a worn tip."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
+from tribopipe.evaluation.measurements.profile_gaps import Filled, filled
 from tribopipe.evaluation.measurements.profile_levelling import (
     SMOOTHING,
     Fit,
@@ -36,6 +37,9 @@ _AS_DEEP = 6.0
 """Standard deviations of the noise, smoothed, by which it may hide that a place is less deep than another."""
 _ABOUT_THE_DEEPEST = 0.25
 """Most of the width on either side of the deepest place by which the depth is measured."""
+_MOST_MISSING = 0.5
+"""Share of the width of a track that may lie in one gap between heights."""
+GAP_REMEDY = "measure the profile again with more light or a larger aperture"
 _AGREE, _CLEAR = 3.0, 3.0
 """Standard uncertainties: within which estimates agree; beyond which a floor is clearly not level."""
 
@@ -66,6 +70,8 @@ class Track:
     """Mask of the points to which the unworn surface was fitted."""
     dust: Mask
     """Mask of the points under dust, which were bridged."""
+    gap: float
+    """Share of the width in the widest gap between heights, which was filled; 0 where none is wide."""
     form: Form
     """Assumed shape of the unworn surface."""
     area_per_crown_radius: float
@@ -104,10 +110,14 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
     to. That of the crown radius is not in it. It is too small where the shoulders hold fewer than some 20 independent
     samples.
 
+    Wide gaps between heights are filled by a smooth continuation of both sides. What a straight line across them would
+    leave out is uncertain.
+
     Width and depth are taken by as many points as the shape of the track lets be; that of the width also holds how far
     the walls are no parabola's, by which a wall that runs out slowly is taken too narrow.
 
-    Raises ``FitError`` where there is no track, or it reaches the edge of the profile.
+    Raises ``FitError`` where there is no track, it reaches the edge of the profile, or heights are missing in most of
+    it.
     """
     x, z, middle = _centred(profile, crown_radius)
     fit, worn = level(x, z, crown_radius)
@@ -116,7 +126,54 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
     if np.any(dust):
         z = np.interp(x, x[~dust], z[~dust])
         fit, worn = level(x, z, crown_radius)
+    if (whole := filled(x, z, fit, worn)) is not None:
+        return _across_gaps(whole, crown_radius, _Place(middle, whole.spread(dust)))
     return _measured(x, z, fit, worn, _Place(middle, dust))
+
+
+def _across_gaps(whole: Filled, crown_radius: float | None, place: "_Place") -> Track:
+    """Measure a track with filled gaps, uncertain by what the heights in them may be off."""
+    track, other = (
+        _measured(whole.x, z, *level(whole.x, z, crown_radius), place) for z in (whole.z, whole.z - whole.off)
+    )
+    widest = whole.widest / track.width.value
+    if widest > _MOST_MISSING:
+        raise FitError(
+            f"profile: found {gap_in_words(widest)}; expected at most {100 * _MOST_MISSING:.0f} %; {GAP_REMEDY}"
+        )
+    edges = [whole.within(bound - place.middle) for bound in track.bounds]
+    return replace(
+        track,
+        area=_off(track.area, other.area),
+        pile_up=_off(track.pile_up, other.pile_up),
+        net_area=_off(track.net_area, other.net_area),
+        width=_off(track.width, other.width, *edges),
+        depth=_off(track.depth, other.depth),
+        cap=_off(track.cap, other.cap),
+        unworn=track.unworn[whole.measured],
+        reference=track.reference[whole.measured],
+        dust=track.dust[whole.measured],
+        gap=widest,
+    )
+
+
+def gap_in_words(share: float) -> str:
+    """Return what a gap over this share of the width of a track is called in messages."""
+    return f"a gap without heights over {100 * share:.0f} % of the width of the wear track"
+
+
+def gap_found(share: float) -> str:
+    """Return what was found and expected where such a gap is filled."""
+    return (
+        f"found {gap_in_words(share)}; expected heights across the whole track; they are interpolated there, and area "
+        "and depth are more uncertain"
+    )
+
+
+def _off(one: Quantity, other: Quantity, *more: float) -> Quantity:
+    """Return a quantity with its difference from another, and more, as parts of its standard uncertainty."""
+    spread = math.hypot(one.standard_uncertainty or 0.0, one.value - other.value, *more)
+    return one.model_copy(update={"standard_uncertainty": spread})
 
 
 def examined(profile: Profile, crown_radius: float | None) -> Track | Level:
@@ -206,6 +263,7 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
         unworn=fit.unworn.height(x),
         reference=fit.shoulders & ~place.dust,
         dust=place.dust,
+        gap=0.0,
         form=fit.unworn.form,
         area_per_crown_radius=fit.by_crown_radius(x, weights.fine),
         cap_per_crown_radius=fit.by_crown_radius(x, turned.fine),

@@ -103,7 +103,7 @@ class WornPair:
 
     def contact(self) -> WornContact:
         """Return the shape of both bodies by the readings as they are."""
-        return _solved(self, tuple(_best(self, "disc_volume").items()))[1]
+        return _solved(self, tuple(_best(self, "disc_volume").items())).contact
 
     @property
     def beyond_tip(self) -> bool:
@@ -127,27 +127,39 @@ class WornPair:
 
     def _value(self, what: Wear, given: dict[str, float]) -> float:
         """Return a depth, or volume; below zero where the depth is, as a draw of a reading may be."""
-        (h_p, h_d), worn, volume = _solved(self, tuple(given.items()))
-        # What a flat pin has gained is no wear that the groove shapes.
-        gained = self.tip.shape == "flat" and h_p < 0
-        lost = self.tip.volume(-h_p, given["radius"]) if gained else worn.pin_volume
+        worn = _solved(self, tuple(given.items()))
+        h_p, h_d = worn.depths
         return {
             "pin_depth": h_p,
             "disc_depth": h_d,
-            "pin_volume": math.copysign(float(lost), h_p),
-            "disc_volume": math.copysign(volume, h_d),
+            "pin_volume": math.copysign(worn.pin_volume, h_p),
+            "disc_volume": math.copysign(worn.disc_volume, h_d),
         }[what]
 
 
+class _Worn(NamedTuple):
+    """Wear of both bodies."""
+
+    depths: tuple[float, float]
+    """Those of pin and track in the middle, m; below zero for a gain."""
+    contact: WornContact
+    """A pin that has gained counts as not worn."""
+    pin_volume: float
+    disc_volume: float
+    """m³ without sign; that of the disc is NaN without a path."""
+
+
 @lru_cache(maxsize=1024)
-def _solved(pair: WornPair, given: tuple[tuple[str, float], ...]) -> tuple[tuple[float, float], WornContact, float]:
-    """Return the depths in the middle, m, the contact they make, and the volume of the track, m³."""
+def _solved(pair: WornPair, given: tuple[tuple[str, float], ...]) -> _Worn:
     values = dict(given)
     contact = pair.tip.on_track(values["radius"])
     solver = _Solver(pair, contact, values)
     h_p, h_d = solver.depths()
-    worn = solver.within_tip(abs(h_p), abs(h_d))
-    return (h_p, h_d), worn, solver.volume(worn) if "path" in values else math.nan
+    worn = solver.within_tip(max(h_p, 0.0), abs(h_d))
+    # What a flat pin has gained is no wear that the groove shapes.
+    alone = pair.tip.shape == "flat" and h_p < 0
+    lost = pair.tip.volume(-h_p, values["radius"]) if alone else solver.within_tip(abs(h_p), abs(h_d)).pin_volume
+    return _Worn((h_p, h_d), worn, float(lost), solver.volume(worn) if "path" in values else math.nan)
 
 
 def difference(one: WornPair, other: WornPair, what: Wear) -> Quantity:
@@ -229,7 +241,7 @@ class _Solver:
             return min(self._pin_depth(lambda _: depth), most)
 
         def track(depth: float) -> float:
-            return self._size(self.within_tip(abs(pin_depth_beside(depth)), depth))
+            return self._size(self.within_tip(max(pin_depth_beside(depth), 0.0), depth))
 
         disc_depth = self._rising(track, lost)
         return pin_depth_beside(disc_depth), math.copysign(disc_depth, self.disc)
@@ -239,9 +251,11 @@ class _Solver:
         pin, lost, ends = self._pin_volume, abs(self.disc), 0.0
         per_length = self._size(replace(self.contact.at_depths(0.0, 0.0), groove_area=np.ones(())))
         for _ in range(_TURNS if self.pair.path is not None and self.pair.path.there_and_back else 1):
-            worn = self._of_volumes(abs(pin), max(lost - ends, 0.0) / per_length)
+            worn = self._of_volumes(max(pin, 0.0), max(lost - ends, 0.0) / per_length)
             ends = self._size(worn) - per_length * float(worn.groove_area)
-        return math.copysign(float(worn.pin_depth), pin), math.copysign(float(worn.groove_depth), self.disc)
+        disc_depth = float(worn.groove_depth)
+        pin_depth = float(worn.pin_depth) if pin >= 0 else self._pin_depth(lambda _: disc_depth)
+        return pin_depth, math.copysign(disc_depth, self.disc)
 
     def _of_volumes(self, pin_volume: float, section: float) -> WornContact:
         """Return the contact of a pin's volume, m³, and a cross-section, m², or one that has all of the tip."""
@@ -260,8 +274,10 @@ class _Solver:
 
     def _disc_depth(self, pin_depth: float) -> float:
         """Return the depth of a track, m, by its depth or width or that of both, under a pin worn by a depth, m."""
-        if self.pair.disc.name in APPROACHES:
-            return self._approach(self.pair.disc.name, self.disc) - pin_depth
+        name = self.pair.disc.name
+        if name in APPROACHES:
+            # A width shows no material that the pin has gained.
+            return self._approach(name, self.disc) - (max(pin_depth, 0.0) if name in WIDTHS else pin_depth)
         return self.disc
 
     def _pin_depth(self, disc_depth: Callable[[float], float]) -> float:
