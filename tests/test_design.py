@@ -186,6 +186,24 @@ def test_what_runs_share_is_a_floor_that_no_number_of_replicates_gets_below(si3n
     assert design(si3n4, "archard", 0.1).by_replicates == 0.0
 
 
+def test_scatter_between_runs_is_in_the_half_width_of_one_test_however_long(si3n4):
+    """One test is off by the scatter, the mean of n tests by its nth part in square."""
+    scatter, own = 0.1, sum(value**2 for value in lines_of(si3n4).values())
+    plan = design(si3n4, "archard", 0.05, scatter=scatter)
+    assert plan.half_width == pytest.approx(COVERAGE_FACTOR * math.sqrt(own + scatter**2), rel=1e-12)
+    assert plan.sliding_distance is None
+    least = min(half_width(si3n4, length) for length in np.geomspace(1, 100, 61))
+    assert plan.by_distance == pytest.approx(math.hypot(least, COVERAGE_FACTOR * scatter), rel=1e-9)
+    assert plan.replicates == math.ceil((plan.half_width / 0.05) ** 2)
+    assert (plan.levers[0].name, plan.levers[0].relative) == ("scatter between runs", scatter)
+    halved = COVERAGE_FACTOR * math.sqrt(own + scatter**2 / 4)
+    assert f"the variance; halving it would reduce the half-width to {100 * halved:.1f} %" in str(plan)
+    assert f"the mean of {plan.replicates} tests like this one would be sufficient" in str(plan)
+    without = design(si3n4, "archard", 0.05)
+    assert "no further test is needed" in str(without)
+    assert without.wear_coefficient == plan.wear_coefficient
+
+
 # --- levers ---
 
 
@@ -243,7 +261,8 @@ def test_every_wish_gets_a_plan_that_can_be_said(wanted, scatter, si3n4):
     assert (plan.replicates is None) == (wanted <= plan.by_replicates)
     assert plan.sliding_distance is None or plan.sliding_distance.value >= si3n4.problem.trace.slid * (1 - 1e-9)
     assert (plan.sliding_distance is None) == (wanted < plan.by_distance)
-    head = f"{SI3N4}, archard: half-width of the 95 % interval for k_D is {100 * plan.half_width:.1f} %, target "
+    of = "k_D" if scatter is None else "k_D from one test, including the scatter between runs,"
+    head = f"{SI3N4}, archard: half-width of the 95 % interval for {of} is {100 * plan.half_width:.1f} %, target "
     assert str(plan).startswith(f"{head}{100 * wanted:.1f} %")
 
 

@@ -18,7 +18,8 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.record import load_toml
 from tribopipe.documents.study import Study
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.study.evaluate import evaluate
+from tribopipe.evaluation.study.evaluate import evaluate, posed
+from tribopipe.evaluation.study.further_tests import designs
 from tribopipe.evaluation.study.member import Member
 from tribopipe.pipeline.stages import ingest
 from tribopipe.pipeline.studies import run_study
@@ -191,15 +192,31 @@ def test_one_run_alone_owns_up_to_what_is_not_known():
     assert result.notes[0].startswith("k_D is identified from a single run, a: ")
 
 
+UNSEEN = 1e-13
+"""Standard uncertainty of the volume of an unworn flat disc, m³."""
+
+
+def unworn_flat_disc(name: str) -> Member:
+    raw = exact_member(name, second=0.0).corrected.run
+    none = raw.manifest.end_values.flat_disc_wear_volume.model_copy(update={"standard_uncertainty": UNSEEN})
+    ends = raw.manifest.end_values.model_copy(update={"flat_disc_wear_volume": none})
+    manifest = raw.manifest.model_copy(update={"end_values": ends})
+    return Member(correct_drift(type(raw)(manifest, raw.columns, raw.origins, {}, {}, ())), None)
+
+
+def test_plan_of_a_flat_disc_without_wear_says_so_with_what_would_have_been_noticed():
+    run = posed(unworn_flat_disc("a"), "archard", Recipe())
+    curved, flat = designs(run, "archard", 0.05)
+    assert curved.half_width > 0
+    found = flat.wear_coefficient
+    # V = k·F_N·s of the flat disc.
+    lost = float(run.problem.modelled(np.array([curved.wear_coefficient.value, 1e-19]), run.problem.values)[-1])
+    assert (found.value, flat.half_width) == (0.0, None)
+    assert found.standard_uncertainty == pytest.approx(1e-19 * UNSEEN / lost, rel=0.02)
+
+
 def test_study_of_flat_discs_on_which_no_wear_was_found_is_refused_in_one_sentence():
-    members = {}
-    for name in ("a", "b"):
-        one = exact_member(name, second=0.0)
-        raw = one.corrected.run
-        none = raw.manifest.end_values.flat_disc_wear_volume.model_copy(update={"standard_uncertainty": 1e-13})
-        ends = raw.manifest.end_values.model_copy(update={"flat_disc_wear_volume": none})
-        manifest = raw.manifest.model_copy(update={"end_values": ends})
-        members[name] = Member(correct_drift(type(raw)(manifest, raw.columns, raw.origins, {}, {}, ())), None)
+    members = {name: unworn_flat_disc(name) for name in ("a", "b")}
     with pytest.raises(
         FitError, match="s: found no wear of the cylindrical disc in any run from which k_D is identified"
     ):

@@ -100,9 +100,9 @@ def test_drift_of_the_paper_s_discs():
     amounts = DISC_COEFFICIENT * np.linspace(0, 2e6, 21)[1:]
     courses = [
         wear_economically(surface, amounts, increment=DISC_COEFFICIENT * 5e4, correct_every=every, stress_loss=0.01)
-        for every in (None, 50, 10, 1)
+        for every in (None, 10, 1)
     ]
-    never, _, some, full = courses
+    never, some, full = courses
     for course in courses:
         assert course.volume == pytest.approx(DISC_LOAD * course.amount, rel=1e-9)
         assert np.all(np.diff(course.depth) > 0)

@@ -237,6 +237,21 @@ def test_study_is_silent_where_wear_is_deep():
     assert engine_notes(compared) == ()
 
 
+@pytest.mark.parametrize("factor", [0.9809, 1.0261])
+def test_engines_are_compared_on_the_same_data_where_only_one_contradicts_the_measurement(factor):
+    """A scar that is off by about three standard uncertainties; deep wear is the same by both."""
+    raw = record(*CASES[NITRIDE], sensors=SLOW)
+    scar = raw.manifest.end_values.pin_scar_diameter
+    off = scar.model_copy(update={"value": factor * scar.value})
+    ends = raw.manifest.end_values.model_copy(update={"pin_scar_diameter": off})
+    posed = member_of(with_manifest(raw, end_values=ends)).pose("archard", recipe("giwm", "model"))
+    assert posed.problem.basis != posed.problem.by_local_pressure.basis
+    compared = compare_engines(posed.draw(np.random.Generator(np.random.PCG64(1)), 300, {}))
+    assert compared.giwm.value == posed.coefficient
+    assert compared.local.value == pytest.approx(compared.giwm.value, rel=3e-3)
+    assert engine_notes(compared) == ()
+
+
 def test_study_of_flat_pins_has_nothing_to_compare():
     raw = record(*CASES[NITRIDE], sensors=SLOW)
     contact = raw.manifest.contact

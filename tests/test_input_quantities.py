@@ -18,6 +18,7 @@ from tribopipe.results.input_quantities import input_label, shown_unit
         ("pin value at interruption 2", "measurement of the pin at interruption 2"),
         ("curved disc wear volume", "wear volume of the crowned disc"),
         ("flat disc track width at interruption 1", "track width of the cylindrical disc at interruption 1"),
+        ("ball unseen groove", "unmeasured groove in the counterbody of the ball"),
         ("law running in length", "law parameter running in length"),
         ("friction fit", "fitted friction coefficient"),
         ("noise of the depth signal", "noise of the depth signal"),

@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from disc_runs import BARE
-from end_value_runs import described, run_of, si
+from end_value_runs import RADIUS, described, run_of, si
 
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.derived_columns import coefficient
 from tribopipe.evaluation.friction import fit_friction
-from tribopipe.evaluation.load_and_friction import applied_load, load_path
+from tribopipe.evaluation.load_and_friction import applied_load, load_course, load_path
+from tribopipe.evaluation.measurements.sliding_distance import distance_share
+from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.inputs import (
     contact_inputs,
     distance_scale,
@@ -21,6 +23,9 @@ from tribopipe.evaluation.wear.inputs import (
     law_friction,
 )
 from tribopipe.physics.friction_path import ExponentialFriction
+from tribopipe.physics.geometry import scar_radius_at, worn_depth
+from tribopipe.physics.laws import law_named
+from tribopipe.physics.load_course import effective_distance
 from tribopipe.results.run import RawRun
 
 DISTANCE = np.linspace(0, 500, 1001)
@@ -208,3 +213,94 @@ def test_covariance_without_a_load_is_that_of_the_noise():
     fit = fit_friction(replace(run, origins={**run.origins, "friction_coefficient": "measured"}))
     assert fit.noise_covariance == fit.covariance
     assert fit.model_copy(update={"covariance": None}).noise_covariance is None
+
+
+# A load that changes along the test
+
+RAMP = 0.1 + 0.2 * DISTANCE / 500
+RUNNING_IN = ExponentialFriction(1.3, 0.2, 60.0)
+
+
+def worn_along(law, load):
+    """∫ F/F̄·f ds along the test, by the trapezoidal rule on a fine grid."""
+    fine = np.linspace(0, 500, 200_001)
+    force = np.interp(fine, DISTANCE, load)
+    rate = force / np.mean(force) * law.rate_factor(fine, RUNNING_IN)
+    return np.interp(DISTANCE, fine, np.concatenate([[0], np.cumsum((rate[1:] + rate[:-1]) / 2 * np.diff(fine))]))
+
+
+@pytest.mark.parametrize("load", [RAMP, RAMP[::-1], np.where(DISTANCE < 200, 0.1, 0.3)], ids=["up", "down", "step"])
+@pytest.mark.parametrize("name", ["archard", "sarkar", "dissipated_energy"])
+def test_a_law_wears_by_the_load_where_it_was(name, load):
+    law = law_named(name)
+    course = load_course(pressed(load))
+    found = effective_distance(law, DISTANCE, RUNNING_IN, course)
+    assert found == pytest.approx(worn_along(law, load), rel=2e-3, abs=0.2)
+    assert effective_distance(law, DISTANCE[:, None] * [1.0, 0.5], RUNNING_IN, course)[:, 0] == pytest.approx(
+        found, rel=1e-12
+    )
+
+
+def test_archard_s_law_ends_where_it_would_under_the_mean_load():
+    found = effective_distance(law_named("archard"), DISTANCE, None, load_course(pressed(RAMP)))
+    assert found[[0, -1]] == pytest.approx([0, 500], rel=1e-12)
+
+
+def test_draws_of_friction_have_each_their_own_course():
+    law, course = law_named("sarkar"), load_course(pressed(RAMP))
+    draws = ExponentialFriction(np.array([[1.3], [0.5]]), np.array([[0.2], [0.3]]), 60.0)
+    one_by_one = [ExponentialFriction(1.3, 0.2, 60.0), ExponentialFriction(0.5, 0.3, 60.0)]
+    together = effective_distance(law, DISTANCE, draws, course)
+    assert together == pytest.approx(np.stack([effective_distance(law, DISTANCE, one, course) for one in one_by_one]))
+    own = np.stack([DISTANCE, DISTANCE[::-1]])
+    assert effective_distance(law, own, draws, course)[1, ::-1] == pytest.approx(together[1])
+
+
+def test_noise_of_the_channel_and_one_load_are_no_course():
+    rng = np.random.default_rng(3)
+    assert load_course(pressed(0.2 * (1 + 0.05 * rng.standard_normal(len(DISTANCE))))) is None
+    assert load_course(pressed()) is None
+    assert load_course(pressed(np.zeros(len(DISTANCE)))) is None
+
+
+@pytest.mark.parametrize("load", [0.4 * RAMP / 0.2, 0.4 * RAMP[::-1] / 0.2], ids=["up", "down"])
+@pytest.mark.parametrize("scar", [True, False], ids=["with the scar", "by the depth signal alone"])
+def test_k_d_of_a_ball_under_a_ramp_is_that_of_its_depth_signal(load, scar):
+    """Under a rising load a ball wears faster and faster, which is no drift and no settling."""
+    true, rng = 2e-14, np.random.default_rng(4)
+    volume = true * np.concatenate([[0], np.cumsum((load[1:] + load[:-1]) / 2 * np.diff(DISTANCE))])
+    depth = worn_depth(volume=volume, sphere_radius=RADIUS)
+    diameter = 2 * float(scar_radius_at(depth=depth[-1], sphere_radius=RADIUS))
+    ends = {"pin_scar_diameter": si(diameter, "m", 1e-6)} if scar else {}
+    manifest = described(conditions={"normal_load": si(0.4, "N", 1e-3)}, disc_wear_depth=si(0, "m", 1e-9), **ends)
+    run = run_of(manifest)
+    columns = {**run.columns, "normal_force": load, "depth": depth + 20e-9 * rng.standard_normal(len(depth))}
+    run = replace(run, columns=columns, origins=dict.fromkeys(columns, "measured"))
+    fit = fit_wear(run, "archard", recipe=Recipe.model_validate({"wear": {"engine": "volume"}}))
+    assert fit.first.wear_coefficient.value == pytest.approx(true, rel=0.01 if scar else 0.03)
+    assert not [one for one in fit.findings if one.code in ("reading_settles", "curve_shape", "wear_rate_changes")]
+
+
+def test_k_d_by_a_volume_under_a_ramp_is_that_of_the_law():
+    law, true = law_named("dissipated_energy"), 3e-14
+    volume = true * 0.2 * float(worn_along(law, RAMP)[-1])
+    run = pressed(RAMP, mu=RUNNING_IN.coefficient(DISTANCE))
+    manifest = described(conditions={"normal_load": si(0.2, "N", 1e-3)}, pin_wear_volume=si(volume, "m^3"))
+    run = replace(run, manifest=manifest)
+    fit = fit_wear(run, "dissipated_energy", fit_friction(run))
+    assert fit.bodies["pin"].wear_coefficient.value == pytest.approx(true, rel=2e-3)
+
+
+def test_distance_by_a_recorded_speed_on_a_circle_is_as_uncertain_as_its_radius():
+    stated = {"track_radius": {"value": 8e-3, "unit": "m", "standard_uncertainty": 0.8e-3}}
+    run = run_of(described(conditions=stated))
+    run = replace(run, origins={**run.origins, "sliding_distance": "derived from measured speed"})
+    assert distance_share(run, DefaultUncertainty()) == pytest.approx(0.1)
+    back_and_forth = run_of(described(conditions={"stroke": si(5e-3, "m")}))
+    origins = {**back_and_forth.origins, "sliding_distance": "derived from measured speed"}
+    assert distance_share(replace(back_and_forth, origins=origins), DefaultUncertainty()) is None
+
+
+def test_mean_friction_is_uncertain_by_the_load_that_it_was_divided_by():
+    fit = fit_friction(pressed(0.2, stated=0.01, mu=0.5))
+    assert fit.mean.standard_uncertainty == pytest.approx(0.05 * 0.5, rel=1e-6)

@@ -9,7 +9,7 @@ from test_block_on_ring import RADIUS as RING_RADIUS
 from test_block_on_ring import WIDTH, block_on_ring, read
 from test_block_on_ring import run_of as block_run
 
-from tribopipe.base.errors import ManifestError
+from tribopipe.base.errors import FitError, ManifestError
 from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
@@ -32,6 +32,18 @@ def test_predicted_depth_is_zero_and_as_uncertain_as_the_cap_of_the_uncertain_vo
     assert depth.standard_uncertainty == pytest.approx(cap, rel=1e-3)
     assert any("is negative" in note for note in found.notes) == (lost < 0)
     assert math.isfinite(found.bodies["pin"].wear_coefficient.value)
+
+
+@pytest.mark.parametrize("lost", [0.0, -1e-12])
+def test_a_pin_without_wear_reaches_no_depth_beside_a_disc_that_wears(lost):
+    ends = {"pin_wear_volume": si(lost, "m^3", 3e-12), "disc_track_area": si(1e-8, "m^2", 1e-10)}
+    run = run_of(described(conditions={"normal_load": si(0.2, "N", 0.0), **CIRCLE}, **ends))
+    known = known_wear(fit_wear(run, "archard", recipe=FIRST_ORDER))
+    assert [*known.bodies] == ["pin", "disc"]
+    scenario = wear_scenario(run.manifest, known, recipe=FIRST_ORDER)
+    with pytest.raises(FitError, match="a pin that does not wear"):
+        predict_wear(scenario, depths=[5e-6])
+    assert predict_wear(scenario, [500.0]).prediction[0].bodies["disc"].wear_depth.value > 1e-6
 
 
 SPREAD = 20e-6

@@ -427,3 +427,27 @@ def test_an_impossible_prediction_names_the_run_whose_k_d_it_is(tmp_path):
     stated = {name: Quantity(value=1e-8, unit="m^2/N") for name in ("ball", "flat")}
     with pytest.raises(ContactError, match=r" \(in the prediction with the k_D from another-run\); check both runs"):
         predict_with(archive, strokes.name, "another-run", "archard", given_wear(contact, stated, Recipe()), Recipe())
+
+
+@pytest.mark.parametrize(
+    ("recorded", "reference", "share"),
+    [
+        ("friction coefficient", "another-run", 0.1),
+        ("friction coefficient", "both", 0.0),
+        ("sliding_distance [m]", "another-run", 0.0),
+    ],
+)
+def test_an_archived_prediction_is_as_uncertain_as_the_distance_of_its_run(tmp_path, recorded, reference, share):
+    """Depth k_D·F_N·s/πr² of a flat pin: shares of its factors in quadrature, without s by k_D of the run itself."""
+    pin = 'shape = "flat"\nradius = "3 mm"'
+    speed = 'sliding_speed = { value = "1 m/s", standard_uncertainty = "10 %" }'
+    run = folder(tmp_path, pin=pin, load="50 N", path=speed)
+    (run / "signals.csv").write_text(f"time [s],{recorded}\n0,0\n1000,1000\n2000,2000\n", encoding="utf-8")
+    archive = Archive(tmp_path / "archive")
+    ingest(run, archive)
+    k_d = Quantity(value=6.4e-15, unit="m^2/N", standard_uncertainty=0.04 * 6.4e-15)
+    known = given_wear(read_run(run).manifest.described, {"pin": k_d}, Recipe())
+    (point,) = predict_with(archive, "both", reference, "archard", known, Recipe()).result.prediction
+    depth = point.bodies["pin"].wear_depth
+    assert depth.value == pytest.approx(6.4e-15 * 50 * 2000 / (math.pi * 3e-3**2), rel=1e-9)
+    assert depth.standard_uncertainty / depth.value == pytest.approx(math.hypot(0.04, 0.01, 2 * 0.002, share), rel=1e-4)

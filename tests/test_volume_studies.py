@@ -20,6 +20,7 @@ from tribopipe.evaluation.study.evaluate import evaluate, posed
 from tribopipe.evaluation.study.further_tests import designs
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.geometry import scar_depth, worn_volume
+from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.views.study_figures import plot_study_wear
 
 QUICK = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=1))
@@ -234,6 +235,22 @@ def test_a_longer_test_helps_as_far_as_its_measurement_does(way, power):
     assert (plan.sliding_distance is None) == (power == 0)
 
 
+@pytest.mark.parametrize("factor", [0.0, -3.0, 1.0])
+def test_k_d_that_is_not_above_zero_has_no_relative_interval(factor):
+    """The pin is worn by 0, −3 u or u; the disc by 100 u."""
+    spread, groove = 0.01 * K_DISC * 0.2 * SLID, K_DISC * 0.2 * SLID / (2 * math.pi * CIRCLE["track_radius"]["value"])
+    ends = {"pin_wear_volume": si(factor * spread, "m^3", spread), "disc_track_area": si(groove, "m^2", 0.01 * groove)}
+    pin, disc = designs(posed(member("one", **ends), "archard", QUICK), "archard", 0.05)
+    found = pin.wear_coefficient
+    assert found.value == pytest.approx(0.01 * K_DISC * factor, rel=1e-12, abs=0)
+    assert found.standard_uncertainty == pytest.approx(0.01 * K_DISC, rel=1e-9)
+    assert (pin.half_width, pin.levers, pin.replicates, pin.sliding_distance) == (None, (), None, None)
+    assert f"found k_D of the pin = {found.shown('mm^3/(N*mm)')}" in str(pin)
+    assert "sufficient" not in str(pin)
+    assert disc.half_width == pytest.approx(COVERAGE_FACTOR * 0.01, rel=1e-9)
+    assert "no further test is needed" in str(disc)
+
+
 def test_cross_section_is_as_uncertain_in_a_longer_test_relative_to_itself():
     run = posed(member("one", disc_track_area=si(2e-10, "m^2", 2e-11)), "archard", QUICK)
     assert run.gains["disc"] == 0.0
@@ -244,6 +261,9 @@ def test_a_groove_that_nobody_measured_is_there_in_every_run_and_after_any_time(
     one = posed(member("one", load_share=0.0, **scar), "archard", QUICK)
     (plan,) = designs(one, "archard", 0.05)
     assert plan.sliding_distance is None
+    (budget,) = one.budgets()
+    assert budget[0].name == "pin unseen groove"
+    assert budget[0].relative == pytest.approx(QUICK.uncertainty.unseen_groove / 3, rel=0.2)
     law = studied([member(f"run-{n}", load_share=0.0, **scar) for n in range(9)]).result.laws[0]
     assert law.first.wear_coefficient.standard_uncertainty > 0.045 * law.first.wear_coefficient.value
 

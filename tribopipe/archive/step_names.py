@@ -30,13 +30,13 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 2,
-    "drift_correction": 9,
-    "friction_fit": 5,
-    "specific_wear": 8,
-    "wear_fit": 14,
-    "prediction": 9,
+    "drift_correction": 10,
+    "friction_fit": 6,
+    "specific_wear": 9,
+    "wear_fit": 15,
+    "prediction": 10,
     "local_wear": 1,
-    "study": 11,
+    "study": 12,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

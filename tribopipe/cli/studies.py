@@ -281,6 +281,8 @@ def plan(
     designs = plan_archived(store, name, model, wanted, load_recipe(recipe))
     for found in designs:
         print_result(str(found))
+        if not found.levers:
+            continue
         table(
             f"  contributions to the uncertainty of {found.of}",
             ["input", "value", "u of k_D", "share of variance", "half-width if u is halved"],

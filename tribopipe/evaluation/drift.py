@@ -28,6 +28,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import (
     MOST_DEVIATION,
+    Share,
     best_pin,
     depth_model,
     depth_record,
@@ -39,6 +40,7 @@ from tribopipe.evaluation.depth_reading import (
     sensor_scale,
     sliding_time,
 )
+from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear
 from tribopipe.evaluation.measurements.readings import combined
@@ -96,7 +98,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     placed = np.isfinite(distance) & np.isfinite(time)
     start, duration = sliding_time(distance[placed], time[placed])
     slid = float(distance[placed][-1])
-    share = np.maximum(distance[seen], 0.0) / slid
+    share = _worn_share(run, slid)(np.maximum(distance[seen], 0.0))
     if isinstance(end, EndWear):
         wear = _pin_wear(run, end, share, recipe)
     else:
@@ -118,6 +120,15 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
         unworn_end=unworn_end,
         lean=float(weights @ begun),
     )
+
+
+def _worn_share(run: RawRun, slid: float) -> Share:
+    """Return what share of the volume at the end is worn at sliding distances, m, by Archard's law."""
+    load = load_course(run)
+    if load is None:
+        return lambda distance: distance / slid
+    whole = float(np.interp(slid, load.distance, load.path))
+    return lambda distance: np.interp(distance, load.distance, load.path) / whole
 
 
 def _pin_wear(run: RawRun, end: EndWear, share: Column, recipe: Recipe) -> Column:
@@ -210,7 +221,7 @@ def _by_model(
     else:
         pin_end = end if isinstance(end, EndWear) else None
         pin = best_pin(run, pin_end, recipe)
-        reading = pin_reading(run, samples, pin_end, recipe, pin=pin, share=lambda s: s / slid)
+        reading = pin_reading(run, samples, pin_end, recipe, pin=pin, share=_worn_share(run, slid))
     posterior = depth_posterior(reading)
     scale = sensor_scale(run, recipe)
     found = depth_model(posterior, record.duration, scale)

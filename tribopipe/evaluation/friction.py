@@ -133,6 +133,9 @@ def _with_inputs(fit: FrictionFit, load: float, distance: float) -> FrictionFit:
         for name, level, spread in zip(names, levels, by.tolist(), strict=True)
         if level is not None and spread
     }
+    if load and fit.mean is not None:
+        spread = math.hypot(fit.mean.standard_uncertainty or 0.0, load * fit.mean.value)
+        changed["mean"] = fit.mean.model_copy(update={"standard_uncertainty": spread})
     if load and fit.steady_state is not None:
         changed["load_uncertainty"] = _ratio(load)
     if distance and fit.running_in_distance is not None:

@@ -16,10 +16,15 @@ from tribopipe.documents.manifest import StatedFriction
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionSource, Recipe
 from tribopipe.physics.friction_path import ExponentialFriction, FrictionPath, MeasuredFriction
+from tribopipe.physics.load_course import LoadCourse
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 
 _FEWEST = 2
+_STEADY = 0.005
+"""Share of the load path by which it may differ from that of a constant load, as that of a noisy channel does."""
+_STRETCHES = 200
+"""Of the sliding distance, over each of which a load that changes counts as constant."""
 _DEVIATIONS = 1.4826
 """Standard deviation over the median of absolute values, of a normal distribution."""
 
@@ -63,6 +68,24 @@ def load_path(run: RawRun, distances: Column) -> Column:
     force, slid = np.concatenate([force[:1], force, force[-1:]]), np.concatenate([[0.0], slid, [end]])
     path = np.append(0.0, np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(slid)))
     return np.asarray(share * np.interp(distances, slid, path))
+
+
+def load_course(run: RawRun, per_progress: float = 1.0) -> LoadCourse | None:
+    """Return how the recorded load changes along the sliding distance; None where it counts as constant.
+
+    ``per_progress`` is the distance that is slid in a unit of progress, such as a rotation of two discs, m.
+    """
+    if recorded_load(run) is None:
+        return None
+    distance = np.linspace(0.0, float(np.nanmax(run.columns["sliding_distance"])), _STRETCHES + 1)
+    path = load_path(run, distance)
+    if not path[-1] > 0:
+        return None
+    path = path * (distance[-1] / path[-1])
+    if np.max(np.abs(path - distance)) <= _STEADY * distance[-1]:
+        return None
+    scale = per_progress * float(np.nanmax(run.progress)) / distance[-1]
+    return LoadCourse(scale * distance, scale * path)
 
 
 def contact_load(run: RawRun, recipe: Recipe) -> Quantity:

@@ -37,6 +37,7 @@ from tribopipe.evaluation.load_and_friction import fitted_path, run_path
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
 from tribopipe.evaluation.wear.fit import fit_wear
+from tribopipe.evaluation.wear.inputs import distance_inputs
 from tribopipe.evaluation.wear.local import LocalOptions, default_places, local_scenario, wear_locally
 from tribopipe.evaluation.wear.prediction import fitted_curves, predict_wear, predicted_curves, run_scenario
 from tribopipe.evaluation.wear.problem import depths_by_signal
@@ -220,6 +221,9 @@ def prediction(
         run, friction = archive.cleaned(run_id), archived_friction(archive, run_id)
         own = {body_like(run.manifest.described, name): value for name, value in known.bodies.items()}
         scenario = run_scenario(run, law, replace(known, bodies=own), friction, recipe)
+        # k_D of another run does not make up for an error of this one's distance.
+        if reference != run_id:
+            scenario = replace(scenario, distance_inputs=distance_inputs(run, recipe))
         # A study, whose runs may have several loads, is no run of the archive.
         is_run = archive.path(reference).is_file()
         load = archive.manifest(reference).conditions.normal_load if is_run else None

@@ -95,6 +95,7 @@ _PATTERNS: Mapping[re.Pattern[str], InputQuantity] = {
         "wear volume of the {body}{at}", "mm^3"
     ),
     re.compile(r"(?P<body>.+)_volume_scale"): InputQuantity("dimensions and density of the {body}", "1"),
+    re.compile(r"(?P<body>.+)_unseen_groove"): InputQuantity("unmeasured groove in the counterbody of the {body}", "1"),
     re.compile(r"(?P<body>.+)_wear_depth(?P<at>_at_interruption_\d+)?"): InputQuantity(
         "wear depth of the {body}{at}", "um"
     ),

@@ -12,6 +12,7 @@ from typing import Literal
 from pydantic import Field
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Correction, LawName
 from tribopipe.documents.record import Record
@@ -315,13 +316,16 @@ class Evaluation:
     curves: tuple[StudyCurve, ...]
 
 
+SCATTER = "scatter between runs"
+
+
 class Lever(Record):
-    """One input of k_D and what it costs."""
+    """One input of k_D, or the scatter between runs, and what it costs."""
 
     name: str
     """Input."""
     value: Quantity | None = None
-    """Value and standard uncertainty; None for the noise of the depth signal."""
+    """Value and standard uncertainty; None for the noise of the depth signal and for the scatter."""
     shown_in: str | None = None
     """Unit in which people read it."""
     relative: float
@@ -341,33 +345,42 @@ class Design(Record):
     """Wear law."""
     of: str = "k_D"
     """Body, if there are two k_D."""
-    half_width: float
-    """Half width of the 95 % interval of k_D over k_D, as it is."""
+    wear_coefficient: Quantity
+    """k_D by this run, with its standard uncertainty without the scatter between runs."""
+    half_width: float | None = None
+    """Half width of the 95 % interval of k_D over k_D by one such test, with scatter; None if k_D may be zero."""
     wanted: float
     """The same as wanted."""
-    levers: tuple[Lever, ...]
+    levers: tuple[Lever, ...] = ()
     """Inputs, the most rewarding first."""
     sliding_distance: Quantity | None = None
     """Sliding distance of one test that would be sufficient; None if no distance is."""
     rotations: Quantity | None = None
     """Rotations of one test of two discs that would be sufficient; None if no number is, or for a pin."""
-    by_distance: float
+    by_distance: float | None = None
     """Half-width that no longer test can improve on."""
     replicates: int | None = None
-    """Number of tests like this one that would be sufficient; None if no number is."""
-    by_replicates: float
+    """Number of tests like this one whose mean k_D would be sufficient; None if no number is."""
+    by_replicates: float | None = None
     """Half-width that no number of replicates can improve on, from the uncertainties that all runs share."""
     scatter: float | None = None
     """Scatter of k_D between runs over k_D that was counted with; None if it is unknown."""
 
     def __str__(self) -> str:
+        if self.half_width is None:
+            return (
+                f"{self.id}, {self.model}: found {self.of} = {self.wear_coefficient.shown(WEAR_COEFFICIENT)}, where ± "
+                "is one standard uncertainty; expected a 95 % interval above zero, since the target is relative to "
+                "k_D; run a longer test, use a higher load, or measure the wear more accurately"
+            )
         best = self.levers[0]
-        label = input_label(best.name)
+        label, halved = input_label(best.name), "it" if best.name == SCATTER else "its uncertainty"
+        one = "" if self.scatter is None else " from one test, including the scatter between runs,"
         lines = [
-            f"{self.id}, {self.model}: half-width of the 95 % interval for {self.of} is {_percent(self.half_width)}, "
-            f"target {_percent(self.wanted)}",
-            f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; halving its uncertainty "
-            f"would reduce the half-width to {_percent(best.if_halved)}",
+            f"{self.id}, {self.model}: half-width of the 95 % interval for {self.of}{one} is "
+            f"{_percent(self.half_width)}, target {_percent(self.wanted)}",
+            f"  largest contribution: {label}, {100 * best.share:.0f} % of the variance; halving {halved} would "
+            f"reduce the half-width to {_percent(best.if_halved)}",
         ]
         if self.half_width <= self.wanted:
             return "\n".join([*lines, "  no further test is needed"])
@@ -378,7 +391,7 @@ class Design(Record):
         else:
             lines.append(f"  a longer test is not sufficient: at best {_percent(self.by_distance)}")
         if self.replicates is not None:
-            lines.append(f"  {self.replicates} tests like this one would be sufficient")
+            lines.append(f"  the mean of {self.replicates} tests like this one would be sufficient")
         else:
             lines.append(f"  replicates are not sufficient: at best {_percent(self.by_replicates)}")
         if self.scatter is None:
@@ -386,5 +399,5 @@ class Design(Record):
         return "\n".join(lines)
 
 
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
+def _percent(share: float | None) -> str:
+    return "undefined" if share is None else f"{100 * share:.1f} %"

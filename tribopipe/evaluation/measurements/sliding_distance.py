@@ -51,11 +51,14 @@ def _speed_of_motion(speed: Quantity, conditions: Conditions, defaults: DefaultU
 def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
     """Return the speed, track radius or stroke that a sliding distance was derived from; none of a measured one.
 
+    A recorded speed along a circle is as uncertain as its radius.
     A speed that is itself made of rotational speed and radius, or of frequency and stroke, is as uncertain as both.
     """
     conditions, origin = run.manifest.conditions, run.origins.get("sliding_distance")
     length, speed = conditions.stroke or conditions.track_radius, conditions.nominal_speed
-    if origin == "derived from rotations" and length is not None:
+    # A rotating rig records n and makes v of it, or run.toml does, by the radius that was set.
+    turned = origin == "derived from measured speed" and conditions.stroke is None
+    if (origin == "derived from rotations" or turned) and length is not None:
         name: Literal["stroke", "track_radius"] = "track_radius" if conditions.stroke is None else "stroke"
         return ToldBy(name, relative_input(length, defaults.track_radius))
     if origin != "derived from nominal speed" or speed is None:

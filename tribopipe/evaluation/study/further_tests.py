@@ -10,12 +10,14 @@ from functools import cache, partial
 import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.evaluate import StudiedRun
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
-from tribopipe.results.study import Design, Lever
+from tribopipe.results.study import SCATTER, Design, Lever
 from tribopipe.results.wear_fit import Contribution
 
 _LENGTHS = np.geomspace(1.0, 100.0, 61)
@@ -32,7 +34,8 @@ def designs(
     """Report for each body what it takes to know its k_D to ``wanted``, the half width of its 95 % interval over k_D.
 
     ``shared`` inputs are off by the same error in all replicates; ``scatter`` is that of each k_D between runs, over
-    k_D.
+    k_D. k_D of a test, however long it is, is off from that of the materials by this scatter, that of n tests by its
+    nth part in square.
     """
     if not wanted > 0:
         raise FitError(f"plan: --interval: found {wanted:g}; expected a positive value, such as '10 %'")
@@ -43,31 +46,52 @@ def designs(
     def widths(length: float) -> list[float]:
         return [half_width(lines) for lines in run.budgets(length)]
 
-    def width_of(place: int, length: float) -> float:
-        return widths(length)[place]
+    def width_of(place: int, between: float, length: float) -> float:
+        return math.hypot(widths(length)[place], between)
 
     found = []
-    for place, (body, lines) in enumerate(zip(run.bodies, run.budgets(), strict=True)):
-        now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
-        length, by_distance = shortest(partial(width_of, place), wanted)
+    for place, (body, own) in enumerate(zip(run.bodies, run.budgets(), strict=True)):
         known = dict(enumerate(scatter)).get(place)
-        end = None if length is None else run.end.model_copy(update={"value": length * run.end.value})
-        found.append(
-            Design(
-                id=run.member.id,
-                model=law,
-                of=f"k_D of the {spoken(body)}" if len(run.bodies) > 1 or body != contact.fitted_bodies[0] else "k_D",
-                half_width=now,
-                wanted=wanted,
-                levers=tuple(lever.model_copy(update={"name": contact.worded(lever.name)}) for lever in levers(lines)),
-                **{contact.progress.signal: end},
-                by_distance=by_distance,
-                replicates=replicates(now, by_shared, COVERAGE_FACTOR * (known or 0.0), wanted),
-                by_replicates=by_shared,
-                scatter=known,
-            )
+        plan = Design(
+            id=run.member.id,
+            model=law,
+            of=f"k_D of the {spoken(body)}" if len(run.bodies) > 1 or body != contact.fitted_bodies[0] else "k_D",
+            wear_coefficient=_known(run, place, own),
+            wanted=wanted,
+            scatter=known,
         )
+        if _above_zero(plan.wear_coefficient):
+            lines = own if known is None else (*own, Contribution(name=SCATTER, source="fit", relative=known))
+            length, by_distance = shortest(partial(width_of, place, COVERAGE_FACTOR * (known or 0.0)), wanted)
+            end = None if length is None else run.end.model_copy(update={"value": length * run.end.value})
+            longer = {contact.progress.signal: end, "by_distance": by_distance}
+            plan = plan.model_copy(update=longer | _as_long(lines, common, wanted, contact))
+        found.append(plan)
     return tuple(found)
+
+
+def _as_long(
+    lines: Collection[Contribution], common: Collection[str], wanted: float, contact: Contact
+) -> dict[str, object]:
+    """Return what tests as long as this one give, by the budget of one and the names of what they share."""
+    now, by_shared = half_width(lines), half_width([line for line in lines if line.name in common])
+    return {
+        "half_width": now,
+        "levers": tuple(lever.model_copy(update={"name": contact.worded(lever.name)}) for lever in levers(lines)),
+        "replicates": replicates(now, by_shared, wanted),
+        "by_replicates": by_shared,
+    }
+
+
+def _known(run: StudiedRun, place: int, lines: Collection[Contribution]) -> Quantity:
+    """Return k_D of a body by one test, without the scatter between runs."""
+    spread = float(run.scale[place]) * half_width(lines) / COVERAGE_FACTOR
+    return wear_coefficient(float(run.coefficients[place]), spread)
+
+
+def _above_zero(coefficient: Quantity) -> bool:
+    """Return whether its 95 % interval is; otherwise nothing is meant by an interval relative to it."""
+    return coefficient.value > COVERAGE_FACTOR * (coefficient.standard_uncertainty or 0.0)
 
 
 def half_width(lines: Collection[Contribution]) -> float:
@@ -119,9 +143,9 @@ def _between(before: tuple[float, float], after: tuple[float, float], wanted: fl
     return float(short * (long / short) ** share)
 
 
-def replicates(now: float, shared: float, scatter: float, wanted: float) -> int | None:
+def replicates(now: float, shared: float, wanted: float) -> int | None:
     """Return how many tests like this one it takes; None if what they share is too much."""
     room = wanted**2 - shared**2
     if room <= 0:
         return None
-    return max(1, math.ceil((now**2 - shared**2 + scatter**2) / room - 1e-9))
+    return max(1, math.ceil((now**2 - shared**2) / room - 1e-9))

@@ -71,8 +71,9 @@ def _slopes(run: PosedRun, depth: Column, values: dict[str, float] | dict[str, C
     distance = run.places[np.arange(0, len(run.places) - 1, _STRETCHES)]
     # Noise about the very start may read as wear below zero.
     volume = problem.volume(np.maximum(depth, 0.0), values, distance)
-    scale = distance_scale(values, problem.values)
-    return np.asarray(np.diff(volume, axis=-1) / (values["normal_load"] * scale * np.diff(distance)))
+    scale, load = distance_scale(values, problem.values), problem.load
+    path = distance if load is None else np.interp(distance, load.distance, load.path)
+    return np.asarray(np.diff(volume, axis=-1) / (values["normal_load"] * scale * np.diff(path)))
 
 
 def _means(coefficient: Callable[[Column], Column], edges: Column) -> Column:

@@ -75,6 +75,13 @@ class MeasuredRun:
         except FitError as error:
             raise FitError(f"{self.member.id}: {error}") from None
 
+    @property
+    def scale(self) -> Column:
+        """k_D that the budget of each body is relative to, m²/N: without wear, what would have been noticed."""
+        found = self.coefficients
+        fitted = np.arange(len(found)) < self.problem.unknowns
+        return np.where((found > 0) | ~fitted, found, self.problem.scale)
+
     def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return which inputs may be off by the same in several runs."""
         return tuple(name for name in names if name in (*DISC_INPUTS, "slip"))
@@ -82,7 +89,7 @@ class MeasuredRun:
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
         """Return what u of each k_D is made of, for a test ``length`` times as long where that is named."""
         problem = self.problem if length is None else at_rotations(self.problem, self.coefficients, length)
-        return measurement_budgets(problem, self.coefficients)
+        return measurement_budgets(problem, self.scale)
 
     def draw(self, rng: Generator, count: int, shared: Mapping[str, Column]) -> "MeasuredDraws":
         """Draw everything uncertain of this run; ``shared`` inputs are taken over from other runs of the study."""

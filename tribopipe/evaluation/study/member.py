@@ -199,6 +199,11 @@ class PosedRun:
         return np.array([self.coefficient])
 
     @property
+    def scale(self) -> Column:
+        """k_D that its budget is relative to, m²/N."""
+        return self.coefficients
+
+    @property
     def end(self) -> Quantity:
         """Sliding distance or rotations at the end of the test."""
         return Quantity(value=self.problem.trace.slid, unit="m")

@@ -57,6 +57,11 @@ class RecordedPair:
         return np.concatenate([self.pin.coefficients, self.counterbody.coefficients])
 
     @property
+    def scale(self) -> Column:
+        """k_D that the budget of each body is relative to, m²/N."""
+        return np.concatenate([self.pin.scale, self.counterbody.scale])
+
+    @property
     def end(self) -> Quantity:
         """Sliding distance at the end of the test."""
         return self.pin.end

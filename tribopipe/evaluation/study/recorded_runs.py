@@ -34,7 +34,7 @@ from tribopipe.evaluation.study.verdict import (
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.findings import shape_is_rejected, wear_findings
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
-from tribopipe.evaluation.wear.problem import PRESSURE
+from tribopipe.evaluation.wear.problem import PRESSURE, WearProblem
 from tribopipe.evaluation.wear.uncertainty import solve_draws
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.friction_path import MeasuredFriction
@@ -56,7 +56,7 @@ _DRAWS = 1_000
 
 
 def compare_engines(draws: RunDraws) -> EngineComparison | None:
-    """Fit a run by both engines on the same draws; none unless the pin is a whole sphere.
+    """Fit a run by both engines on the same draws of the same data; none unless the pin is a whole sphere.
 
     A flat pin is worn alike by both, and a truncated sphere by the GIWM only.
     """
@@ -69,7 +69,7 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
     found = {}
     engines: tuple[WearEngine, ...] = ("giwm", "local")
     for engine in engines:
-        posed = replace(problem, engine=engine)
+        posed = _by_engine(problem, engine)
         drawn = solve_draws(posed, values, some.noise)
         found[engine] = wear_coefficient(posed.coefficient(), float(np.nanstd(drawn)))
     giwm, local = found["giwm"], found["local"]
@@ -80,6 +80,13 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
     return EngineComparison(giwm=giwm, local=local, trusted=trusted)
 
 
+def _by_engine(problem: WearProblem, engine: WearEngine) -> WearProblem:
+    """Return the fit by an engine, of what the fit itself uses: a reading that one trusts may be none to the other."""
+    if isinstance(problem, DepthProblem):
+        return replace(problem, engine=engine, given_basis=problem.basis)
+    return replace(problem, engine=engine)
+
+
 def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
     """Report where the two differ, and which to trust."""
     if compared is None or compared.trusted is None:
@@ -88,7 +95,8 @@ def engine_notes(compared: EngineComparison | None) -> tuple[str, ...]:
     return (
         f"k_D is {local} with local contact pressure and {giwm} with the GIWM; the two differ by more than their "
         "standard uncertainty; use the local value: the GIWM assumes uniform pressure, while the pressure at the "
-        "center is 1.5 times the mean at the start, and wear is still small compared with the elastic approach",
+        "center is 1.5 times the mean at the start and becomes uniform only at wear depths that are large compared "
+        "with the elastic approach",
     )
 
 

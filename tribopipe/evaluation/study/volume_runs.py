@@ -40,10 +40,10 @@ from tribopipe.evaluation.study.verdict import (
     volume_curve,
 )
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values
-from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, volume_fit, volume_of
+from tribopipe.evaluation.wear.measurement_fit import VolumeFit, scale_of, unseen_groove_of, volume_fit, volume_of
 from tribopipe.evaluation.wear.problem import depths_by_signal
 from tribopipe.physics.calculation_methods import WearEngine
-from tribopipe.results.input_quantities import Input, Inputs
+from tribopipe.results.input_quantities import Input, Inputs, Source
 from tribopipe.results.run import RawRun
 from tribopipe.results.study import BodyVerdict, EndOfLife, StudyCurve
 from tribopipe.results.wear_fit import Contribution
@@ -99,6 +99,11 @@ class VolumeRun:
         """k_D of each body by this run alone, m²/N; below zero for one that has gained."""
         return self.problem.coefficients(self.problem.values)
 
+    @property
+    def scale(self) -> Column:
+        """k_D that the budget of each body is relative to, m²/N: without wear, what would have been noticed."""
+        return self.problem.scale
+
     def of(self, bodies: Sequence[str]) -> "VolumeRun | None":
         """Return the run as some bodies have it; None if none of them was measured."""
         some = self.problem.of(*bodies)
@@ -106,7 +111,8 @@ class VolumeRun:
 
     def may_share(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return which inputs may be off by the same in several runs."""
-        return (*(name for name in names if name in PIN_SHARED), *map(scale_of, self.bodies))
+        grooves = (name for name in map(unseen_groove_of, self.bodies) if name in self.inputs)
+        return (*(name for name in names if name in PIN_SHARED), *map(scale_of, self.bodies), *grooves)
 
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
         """Return what u of each k_D is made of, for a test ``length`` times as long where that is named."""
@@ -158,8 +164,8 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
     if fit is None:
         return None
     own = recipe.model_copy(update={"uncertainty": without_unseen_groove(recipe.uncertainty)})
-    exact = volume_fit(with_exact_dimensions(run), law, friction, own, signal)
-    if not isinstance(fit, VolumeFit) or not isinstance(exact, VolumeFit):
+    seen, exact = (volume_fit(one, law, friction, own, signal) for one in (run, with_exact_dimensions(run)))
+    if not (isinstance(fit, VolumeFit) and isinstance(seen, VolumeFit) and isinstance(exact, VolumeFit)):
         lacking = fit if isinstance(fit, tuple) else ("a wear volume",)
         raise FitError(
             f"{member.id}: found a run without {' and '.join(lacking)}; expected these data, which the wear law "
@@ -167,21 +173,30 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
         )
     inputs = dict(fit.inputs)
     for body in fit.bodies:
-        inputs |= _parted(body, fit.inputs[volume_of(body)], exact.inputs.get(volume_of(body)))
+        inputs |= _parted(
+            body, fit.inputs[volume_of(body)], *(one.inputs.get(volume_of(body)) for one in (seen, exact))
+        )
     return VolumeRun(member, replace(fit, inputs=inputs), _gains(run, signal, recipe))
 
 
-def _parted(body: str, whole: Input, own: Input | None) -> dict[str, Input]:
-    """Part the uncertainty of a volume into that of its own measurement and the relative one of what all share."""
+def _parted(body: str, whole: Input, seen: Input | None, own: Input | None) -> dict[str, Input]:
+    """Part the uncertainty of a volume into that of its own measurement and the relative ones of what all share.
+
+    ``seen`` is the volume beside a groove that was measured, ``own`` one of exactly known dimensions as well.
+    """
     value = whole.quantity.value
-    if own is None or own.quantity.value != value or not value:
+    if seen is None or own is None or not value or {seen.quantity.value, own.quantity.value} != {value}:
         return {}
-    shared = math.sqrt(max(0.0, whole.spread**2 - own.spread**2)) / abs(value)
-    if not shared:
-        return {}
+    parts = {unseen_groove_of(body): _beyond(whole, seen, "default"), scale_of(body): _beyond(seen, own, "manifest")}
+    shared = {name: part for name, part in parts.items() if part.spread}
     quantity = whole.quantity.model_copy(update={"standard_uncertainty": own.spread})
-    scale = Quantity(value=1.0, unit="1", standard_uncertainty=shared)
-    return {volume_of(body): replace(whole, quantity=quantity), scale_of(body): Input(scale, "manifest")}
+    return {volume_of(body): replace(whole, quantity=quantity), **shared} if shared else {}
+
+
+def _beyond(whole: Input, part: Input, source: Source) -> Input:
+    """Return a factor that makes a part of the uncertainty of a volume the whole."""
+    relative = math.sqrt(max(0.0, whole.spread**2 - part.spread**2)) / abs(whole.quantity.value)
+    return Input(Quantity(value=1.0, unit="1", standard_uncertainty=relative), source)
 
 
 def _with_pin_by_signal(run: RawRun, signal: SignalDepths) -> RawRun:

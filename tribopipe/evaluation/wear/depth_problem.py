@@ -63,6 +63,8 @@ class DepthProblem(WearProblem):
     """Whether wear was measured after the test; otherwise ``end`` is what the reading itself gives."""
     missed: float = 1.0
     """Share of the wander that counts as noise of the curve."""
+    given_basis: Basis | None = None
+    """Source of k_D; None for that which deviation and interruptions suggest."""
 
     @property
     def samples(self) -> DepthSamples:
@@ -168,6 +170,8 @@ class DepthProblem(WearProblem):
     @cached_property
     def basis(self) -> Basis:
         """Source of k_D."""
+        if self.given_basis is not None:
+            return self.given_basis
         if not self.measured_after:
             return "reading"
         trusted = abs(self.deviation) <= MOST_DEVIATION and self.contradicting_stop is None
@@ -497,6 +501,7 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         inputs=inputs,
         engine=problem.engine,
         friction_covariance=problem.friction_covariance,
+        load=problem.load,
         weights=samples.blocks.counts,
         noise=problem.noise,
         tangent=joint.tangent,

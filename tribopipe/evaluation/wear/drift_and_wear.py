@@ -180,6 +180,7 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         inputs=inputs,
         engine=problem.engine,
         friction_covariance=problem.friction_covariance,
+        load=problem.load,
         weights=np.ones(len(problem.distance)),
         noise=problem.noise,
         anchors=tuple(anchors),

@@ -123,9 +123,14 @@ def contact_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
 
 def instrument_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
     """Collect the sensor's scale, and the speed, track radius or stroke that sliding distance was derived from."""
-    found = {"depth_scale": relative_input(run.manifest.depth_scale, recipe.uncertainty.depth_scale)}
+    scale = relative_input(run.manifest.depth_scale, recipe.uncertainty.depth_scale)
+    return {"depth_scale": scale} | distance_inputs(run, recipe)
+
+
+def distance_inputs(run: RawRun, recipe: Recipe) -> dict[str, Input]:
+    """Collect the speed, track radius or stroke that sliding distance was derived from."""
     told = told_by(run, recipe.uncertainty)
-    return found if told is None else found | {told.name: told.given}
+    return {} if told is None else {told.name: told.given}
 
 
 def distance_scale(values: Values, best: Values) -> Numbers:

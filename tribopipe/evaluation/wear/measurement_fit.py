@@ -16,6 +16,7 @@ from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.sliding_distance import told_by
@@ -35,6 +36,7 @@ from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem, me
 from tribopipe.evaluation.wear.uncertainty import budget_lines, input_covariance
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.load_course import LoadCourse, effective_distance
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.finding import Finding
 from tribopipe.results.input_quantities import Input, best_values
@@ -220,6 +222,8 @@ class VolumeFit:
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
+    load: LoadCourse | None = None
+    """Load along the test; None where it counts as constant."""
     limits: tuple[str, ...] = ()
     """Assumptions about the contact."""
     findings: tuple[Finding, ...] = ()
@@ -231,7 +235,8 @@ class VolumeFit:
 
     def volume(self, body: str, values: Values) -> Numbers:
         """Return what a body has lost in one contact, m³."""
-        return values[volume_of(body)] * values.get(scale_of(body), 1.0)
+        shared = values.get(scale_of(body), 1.0) * values.get(unseen_groove_of(body), 1.0)
+        return values[volume_of(body)] * shared
 
     def work(self, values: Values, places: Column) -> Column:
         """Return F_N·S at sliding distances, N·m: (places,), or (draws, places) of columns of values."""
@@ -240,13 +245,13 @@ class VolumeFit:
     def effective(self, values: Values, places: Column) -> Column:
         """Return S, m, in which Archard's law would wear as much as this one until sliding distances, m."""
         friction = friction_along(self.friction, values, self.values)
-        effective = self.law.at(values).effective_distance(places, friction)
+        effective = effective_distance(self.law.at(values), places, friction, self.load)
         return np.asarray(effective * distance_scale(values, self.values))
 
     def of(self, *bodies: str) -> "VolumeFit | None":
         """Return the fit of some of the bodies only; None if it has none of them."""
         kept = tuple(body for body in self.bodies if body in bodies)
-        left = {name(body) for body in self.bodies if body not in kept for name in (volume_of, scale_of)}
+        left = {name(body) for body in self.bodies if body not in kept for name in _OF_A_BODY}
         inputs = {name: given for name, given in self.inputs.items() if name not in left}
         return replace(self, bodies=kept, inputs=inputs) if kept else None
 
@@ -262,7 +267,7 @@ class VolumeFit:
     def result(self) -> WearFit:
         """Return k_D by first-order propagation."""
         found = self.coefficients(self.values)
-        bodies, covariance = _propagated(self, found, self._scale, self.sensitivities(), least=-math.inf)
+        bodies, covariance = _propagated(self, found, self.scale, self.sensitivities(), least=-math.inf)
         return WearFit(
             model=self.model,
             engine="volume",
@@ -283,7 +288,7 @@ class VolumeFit:
         return {name: self._sensitivity(name) for name in self.inputs}
 
     @cached_property
-    def _scale(self) -> Column:
+    def scale(self) -> Column:
         """Size of each k_D, m²/N: without wear, of that which would have been noticed."""
         found = np.abs(self.coefficients(self.values))
         noticed = np.array([self.inputs[volume_of(body)].spread for body in self.bodies])
@@ -295,7 +300,7 @@ class VolumeFit:
         if not spread:
             return np.zeros(len(self.bodies))
         low, high = (self.coefficients({**self.values, name: self.values[name] + sign * spread}) for sign in (-1, 1))
-        return np.asarray((high - low) / (2 * spread * self._scale))
+        return np.asarray((high - low) / (2 * spread * self.scale))
 
 
 def volume_fit(
@@ -324,9 +329,9 @@ def volume_fit(
     if told := told_by(run, recipe.uncertainty):
         inputs[told.name] = told.given
     end = float(np.nanmax(slid))
-    law, limits = law_as_given(model, recipe), run.manifest.described.limits
+    law, limits, load = law_as_given(model, recipe), run.manifest.described.limits, load_course(run)
     findings = tuple(unseen_groove(run, way.unseen_groove, recipe) for way, _ in lost.values() if way.unseen_groove)
-    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, limits, findings)
+    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, load, limits, findings)
 
 
 def _lost(run: RawRun, recipe: Recipe, signal: SignalDepths | None) -> dict[str, tuple[BodyLoss, Quantity]]:
@@ -355,3 +360,12 @@ def volume_of(body: str) -> str:
 def scale_of(body: str) -> str:
     """Return the name of the input by which that volume is wrong in all runs of bodies that are made alike."""
     return f"{body}_volume_scale"
+
+
+def unseen_groove_of(body: str) -> str:
+    """Return the name of the input by which that volume is wrong where the groove beside it was not measured."""
+    return f"{body}_unseen_groove"
+
+
+_OF_A_BODY = (volume_of, scale_of, unseen_groove_of)
+"""Names of the inputs that belong to one body."""

@@ -22,6 +22,7 @@ from tribopipe.contacts.wear import ExplicitWear, MeasuredWear, Noticed, Row, St
 from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
 from tribopipe.evaluation.wear.inputs import (
     contact_inputs,
@@ -34,6 +35,7 @@ from tribopipe.evaluation.wear.inputs import (
 from tribopipe.evaluation.wear.scenario import effective_progress
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.load_course import LoadCourse
 from tribopipe.physics.uncertainty import Inputs, extended
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, best_values
@@ -162,6 +164,8 @@ class MeasurementProblem:
     friction: FrictionPath | None = None
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
+    load: LoadCourse | None = None
+    """Load along the test; None where it counts as constant."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -192,7 +196,8 @@ class MeasurementProblem:
     def effective(self, values: Values, places: Column) -> Column:
         """Return the progress after which Archard's law would have worn as much."""
         friction = friction_along(self.friction, values, self.values)
-        return effective_progress(self.law.at(values), places, np.asarray(places * self.wearing.slid), friction)
+        slid = np.asarray(places * self.wearing.slid)
+        return effective_progress(self.law.at(values), places, slid, friction, self.load)
 
     def wear(self, coefficients: Column, values: Values, places: Column) -> State:
         """Return the contact at places, for k_D of both bodies, m²/N: (2,), or (draws, 2) with columns of values."""
@@ -377,4 +382,5 @@ def measurement_problem(
         inputs=inputs,
         friction=known.path,
         friction_covariance=known.covariance,
+        load=load_course(run, wearing.slid),
     )

@@ -5,6 +5,7 @@
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -15,7 +16,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest, StatedFriction
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.load_and_friction import applied_load, run_path, stated_path
+from tribopipe.evaluation.load_and_friction import applied_load, load_course, run_path, stated_path
 from tribopipe.evaluation.wear.coating import coating_notes
 from tribopipe.evaluation.wear.inputs import default_notes, friction_inputs, given_parameters
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario, known_wear
@@ -81,7 +82,8 @@ def run_scenario(run: RawRun, law: LawName, known: KnownWear, friction: Friction
     path, manifest = run_path(run, friction, recipe.wear.friction), run.manifest
     # Two discs roll, so that no length of a track is missing.
     known = known if manifest.pin is None else known.along(manifest.path, manifest.described.fitted_bodies)
-    return wear_scenario(manifest, known, law, path, recipe, applied_load(run, recipe))
+    scenario = wear_scenario(manifest, known, law, path, recipe, applied_load(run, recipe))
+    return replace(scenario, load=load_course(run, scenario.wear.slid))
 
 
 def fitted_curves(

@@ -24,6 +24,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings, sensor_scale
 from tribopipe.evaluation.drift import SensorTrace, read_trace
+from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths
@@ -42,6 +43,7 @@ from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.load_course import LoadCourse, effective_distance
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
@@ -99,6 +101,8 @@ class WearProblem:
     engine: WearEngine = "giwm"
     friction_covariance: tuple[tuple[float, ...], ...] | None = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
+    load: LoadCourse | None = None
+    """Load along the test; None where it counts as constant."""
     weights: Column = field(default_factory=lambda: np.ones(1))
     """Number of samples behind each row of the curve."""
     noise: float = _LEAST_NOISE**2
@@ -131,7 +135,8 @@ class WearProblem:
     def effective_distance(self, values: Values, distance: Column | None = None) -> Column:
         """Return S(s) of the law, m, scaled by what the distance is derived from over its best estimate."""
         friction = friction_along(self.friction, values, self.values)
-        effective = self.law.at(values).effective_distance(self.distance if distance is None else distance, friction)
+        places = self.distance if distance is None else distance
+        effective = effective_distance(self.law.at(values), places, friction, self.load)
         return np.asarray(effective * distance_scale(values, self.values))
 
     def depth(self, coefficient: Numbers, values: Values, distance: Column | None = None) -> Column:
@@ -491,6 +496,7 @@ def wear_problem(
         inputs=inputs,
         engine=engine,
         friction_covariance=known.covariance,
+        load=load_course(run),
         noise=_sensor_noise(trace, run.sliding_distance[seen], remountings(manifest, run.sliding_distance[seen])),
     )
 

@@ -19,10 +19,11 @@ from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.wear.inputs import friction_along, law_inputs, require_all
+from tribopipe.evaluation.wear.inputs import distance_scale, friction_along, law_inputs, require_all
 from tribopipe.physics.calculation_methods import DistanceConvention, WearEngine
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
+from tribopipe.physics.load_course import LoadCourse, effective_distance
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.input_quantities import Input, best_values
 from tribopipe.results.run import RawRun
@@ -148,6 +149,10 @@ class Scenario:
     """Whether that path is a stroke."""
     friction_inputs: Mapping[str, Input] = field(default_factory=dict)
     """A, b and c, where they were stated with their uncertainties."""
+    load: LoadCourse | None = None
+    """Load along the test; None where it counts as constant."""
+    distance_inputs: Mapping[str, Input] = field(default_factory=dict)
+    """What places along a run were derived from; empty for places that are wanted."""
 
     @cached_property
     def wear(self) -> ContactWear:
@@ -179,7 +184,8 @@ class Scenario:
         bodies = zip(self.wear.coefficients, self.wear.bodies, strict=True)
         coefficients = {name: Input(_no_gain(self.known.of(body)), "fit") for name, body in bodies}
         friction = dict(self.friction_inputs) if self.law.needs_friction else {}
-        return self.wear.inputs(self.normal_load, self.recipe) | coefficients | self._law_inputs(self.law) | friction
+        others = coefficients | self._law_inputs(self.law) | friction | dict(self.distance_inputs)
+        return self.wear.inputs(self.normal_load, self.recipe) | others
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -193,9 +199,10 @@ class Scenario:
 
     def effective(self, places: Column, values: Values | None = None) -> Column:
         """Return the progress after which Archard's law has worn as much: N·S(s)/s with s the distance after N."""
-        slid = np.asarray(places * self.wear.slid)
-        friction = friction_along(self.friction, values or self.values, self.values)
-        return effective_progress(self.law.at(values or {}), places, slid, friction)
+        slid, known = np.asarray(places * self.wear.slid), values or self.values
+        friction = friction_along(self.friction, known, self.values)
+        effective = effective_progress(self.law.at(values or {}), places, slid, friction, self.load)
+        return np.asarray(effective * distance_scale(known, self.values))
 
     def worn(self, places: Column, values: Values | None = None) -> State:
         """Return wear at places, in the limit of small steps. Raises ``ContactError`` where a body is worn away."""
@@ -232,6 +239,8 @@ class Scenario:
         """
         from scipy.optimize import brentq
 
+        if not self.known.first.value > 0:
+            return math.inf
         wanted = float(self.wear.progress_to(self.values, depth))
         if not 0 < wanted < math.inf:
             return wanted
@@ -372,9 +381,11 @@ def _shares(most: int) -> Column:
     return np.unique(np.concatenate([np.linspace(0.0, 1.0, most // 2) ** power for power in (1, 3)]))
 
 
-def effective_progress(law: WearLaw, places: Column, slid: Column, friction: FrictionPath | None) -> Column:
+def effective_progress(
+    law: WearLaw, places: Column, slid: Column, friction: FrictionPath | None, load: LoadCourse | None
+) -> Column:
     """Return the progress in which Archard's law would wear as much, for sliding distance until then, m."""
-    effective = law.effective_distance(slid, friction)
+    effective = effective_distance(law, slid, friction, load)
     # By the share of it Archard's law keeps every digit, and no slip is no wear.
     return places * np.divide(effective, slid, out=np.ones_like(effective), where=slid != 0)
 
