@@ -61,7 +61,7 @@ def designs(
             scatter=known,
         )
         if _above_zero(plan.wear_coefficient):
-            lines = own if known is None else (*own, Contribution(name=SCATTER, source="fit", relative=known))
+            lines = (*own, Contribution(name=SCATTER, source="fit", relative=known)) if known else own
             length, by_distance = shortest(partial(width_of, place, COVERAGE_FACTOR * (known or 0.0)), wanted)
             end = None if length is None else run.end.model_copy(update={"value": length * run.end.value})
             longer = {contact.progress.signal: end, "by_distance": by_distance}
