@@ -132,7 +132,7 @@ _SIZE = re.compile(
     re.IGNORECASE,
 )
 _NUMBER = re.compile(
-    r"(?P<number>[+-]?\d++(?:[.,]\d++)?+(?:[eE][+-]?\d++)?+)(?![.,'’]\d|[\s\u00a0\u202f]\d{3})\s*(?P<unit>.*)",
+    r"(?P<number>[+-]?\d++(?:[.,]\d++)?+(?:[eE][+-]?\d++)?+)(?![.,'’]\d|[\s\u00a0\u202f]\d{3})\s*+(?P<unit>.*)",
     re.ASCII | re.DOTALL,
 )
 """Number without thousands separators."""
