@@ -264,7 +264,7 @@ def parse(text: str, kind: str) -> float:
 def with_point(text: str, *, commas: bool = False) -> str:
     """Write the decimal comma of a number that a person typed as a point: "0,1 m/s" is "0.1 m/s".
 
-    Raises ``UnitError`` where the comma may as well stand between thousands, as in "1,000 N", or the point beside other
+    Raises ``UnitError`` where the comma may as well stand between thousands, as in "1,000 N", or the point among other
     numbers with decimal ``commas``.
     """
     doubtful = _MAYBE_THOUSANDS.match(text)

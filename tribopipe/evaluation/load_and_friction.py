@@ -73,7 +73,7 @@ def load_path(run: RawRun, distances: Column) -> Column:
 def load_course(run: RawRun, per_progress: float = 1.0) -> LoadCourse | None:
     """Return how the recorded load changes along the sliding distance; None where it counts as constant.
 
-    ``per_progress`` is the distance that is slid in a unit of progress, such as a rotation of two discs, m.
+    ``per_progress`` is the sliding distance in a unit of progress, such as a rotation of two discs, m.
     """
     if recorded_load(run) is None:
         return None

@@ -182,7 +182,7 @@ def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | N
 def _parted(body: str, whole: Input, seen: Input | None, own: Input | None) -> dict[str, Input]:
     """Part the uncertainty of a volume into that of its own measurement and the relative ones of what all share.
 
-    ``seen`` is the volume beside a groove that was measured, ``own`` one of exactly known dimensions as well.
+    ``seen`` is the volume next to a groove that was measured, ``own`` one of exactly known dimensions as well.
     """
     value = whole.quantity.value
     if seen is None or own is None or not value or {seen.quantity.value, own.quantity.value} != {value}:

@@ -363,7 +363,7 @@ def scale_of(body: str) -> str:
 
 
 def unseen_groove_of(body: str) -> str:
-    """Return the name of the input by which that volume is wrong where the groove beside it was not measured."""
+    """Return the name of the input by which that volume is wrong where the groove next to it was not measured."""
     return f"{body}_unseen_groove"
 
 
