@@ -99,7 +99,7 @@ def contradiction(column: ReadColumn, stated: str | None, where: str, *, scaled:
 
 
 def _beside(unit: str, other: str) -> str:
-    """Return a unit as it is meant where another one is stated for its column: "C" for one in K, or "kg" for one in N."""
+    """Return a unit as it is meant where another one is stated: "C" for a column in K, or "kg" for one in N."""
     if is_unit_of(other, "temperature") and unit in ("C", "F"):
         return f"deg{unit}"
     return f"({unit})*g_0" if is_unit_of(other, "force") and is_unit_of(unit, "mass") else unit
