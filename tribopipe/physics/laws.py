@@ -47,12 +47,12 @@ def integral(factor: Callable[[Column], Column], distance: ArrayLike, friction: 
     panels = width * (f[..., :-1] + 4 * middle + f[..., 1:]) / 6
     up_to = np.concatenate([np.zeros((*panels.shape[:-1], 1)), np.cumsum(panels, axis=-1)], axis=-1)
     at = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, len(width) - 1)
-    share, rise = np.maximum(s - knots[at], 0.0) / width[at], _of(panels, at)
+    share, rise = np.maximum(s - knots[at], 0.0) / width[at], values_at(panels, at)
     # Hermite's cubic, whose slopes are f, is a straight line and what it has beyond that.
-    left, right = _of(f, at) * width[at] - rise, _of(f, at + 1) * width[at] - rise
+    left, right = values_at(f, at) * width[at] - rise, values_at(f, at + 1) * width[at] - rise
     beyond = share * (1 - share) * ((1 - share) * left - share * right)
-    before_start = np.minimum(s, 0.0) * _of(f, np.zeros_like(at))
-    return np.asarray(_of(up_to, at) + share * rise + beyond + before_start)
+    before_start = np.minimum(s, 0.0) * values_at(f, np.zeros_like(at))
+    return np.asarray(values_at(up_to, at) + share * rise + beyond + before_start)
 
 
 def _knots(end: float, friction: FrictionPath | None) -> Column:
@@ -62,7 +62,7 @@ def _knots(end: float, friction: FrictionPath | None) -> Column:
     return np.unique(even)
 
 
-def _of(values: Column, places: NDArray[np.intp]) -> Column:
+def values_at(values: Column, places: NDArray[np.intp]) -> Column:
     """Return the values at places: of each row at its own, where there are several rows."""
     if values.ndim == 1:
         return np.asarray(values[places])

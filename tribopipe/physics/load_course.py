@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from tribopipe.base.arrays import Column
 from tribopipe.physics.friction_path import FrictionPath
-from tribopipe.physics.laws import WearLaw
+from tribopipe.physics.laws import WearLaw, values_at
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class LoadCourse:
         knots = law.effective_distance(self.distance, friction)
         worn = share * np.diff(knots, axis=-1)
         reached = np.concatenate([np.zeros((*worn.shape[:-1], 1)), np.cumsum(worn, axis=-1)], axis=-1)
-        beyond = law.effective_distance(slid, friction) - _of(knots, place)
-        return np.asarray(_of(reached, place) + share[place] * beyond)
+        beyond = law.effective_distance(slid, friction) - values_at(knots, place)
+        return np.asarray(values_at(reached, place) + share[place] * beyond)
 
 
 def effective_distance(
@@ -37,11 +37,3 @@ def effective_distance(
     if load is None:
         return law.effective_distance(distance, friction)
     return load.effective_distance(law, distance, friction)
-
-
-def _of(values: Column, places: NDArray[np.intp]) -> Column:
-    """Return the values at places: of each draw, a row, at its own, where there are several of both."""
-    if values.ndim < 2 or places.ndim < 2:
-        return np.asarray(values[..., places])
-    wide = np.broadcast_to(places, (*values.shape[:-1], places.shape[-1]))
-    return np.take_along_axis(values, wide, axis=-1)
