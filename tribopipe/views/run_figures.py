@@ -70,6 +70,8 @@ _ON_BASIS = ("reading_contradicts_measurement", "no_post_test_measurement")
 """Codes of findings that explain why a fitted curve does not follow the depth signal or a measurement."""
 _PRINT_DPI = 600.0
 """Resolution of PNG files for print, as journals require for line art."""
+_PNG_LEVEL = 3
+"""Compression of PNG files: half the time of the usual 6, for files 4 % larger."""
 MOST_LETTERS = 84
 """Number of letters that fit above a figure on one line."""
 FORMULA = 8.6
@@ -445,12 +447,27 @@ def save_beside(
 
 
 def _picture(figure: "Figure", suffix: str, *, for_print: bool) -> bytes:
-    picture, dpi = BytesIO(), _PRINT_DPI if for_print and suffix == ".png" else "figure"
+    if suffix == ".png":
+        return _png(figure, _PRINT_DPI if for_print else figure.dpi)
+    picture = BytesIO()
     told = {
         ".svg": {"Creator": MADE_BY, "Date": None},
         ".pdf": {"Creator": MADE_BY, "CreationDate": None},
-        ".png": {"Software": MADE_BY},
     }.get(suffix, {})
     with own_style():
-        figure.savefig(picture, format=suffix.removeprefix("."), metadata=told, dpi=dpi)
+        figure.savefig(picture, format=suffix.removeprefix("."), metadata=told)
+    return picture.getvalue()
+
+
+def _png(figure: "Figure", dpi: float) -> bytes:
+    """Draw a figure once: ``savefig`` would draw it twice, the first time for its layout alone."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    picture, usual = BytesIO(), figure.dpi
+    with own_style():
+        figure.set_dpi(dpi)
+        FigureCanvasAgg(figure).print_png(  # type: ignore[no-untyped-call]
+            picture, metadata={"Software": MADE_BY}, pil_kwargs={"compress_level": _PNG_LEVEL}
+        )
+        figure.set_dpi(usual)
     return picture.getvalue()
