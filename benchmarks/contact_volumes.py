@@ -1,22 +1,25 @@
 """How often intervals of k_D by wear volume hold it, of either body of every contact, and how wide and costly they are.
 
     python benchmarks/contact_volumes.py --labs 1000 --write docs/results/contact_volumes.md
+    python benchmarks/contact_volumes.py --labs 1000 --only twin-disc --write docs/results/disc_volumes.md
 
 Each laboratory tests one pair of bodies with true coefficients of its own, under a load, with radii and a path that are
 off within what its run.toml states, and measures scars, tracks, volumes and masses with errors drawn from what it
 states of them. Where a ball lies in a groove, both shapes are found slice by slice, and the groove's section differs
 from that of rigid bodies as much as their sections differ among each other; where not, closed formulas are solved for
-the scar. Nothing of that is shared with tribopipe.
+the scar; two discs wear by a differential equation of the rotations. Nothing of that is shared with tribopipe.
 
 The ideal estimator knows all of this, and how each reading changes with each coefficient and each input at the truth:
 its standard uncertainty is that of generalized least squares there.
 """
 
+import math
 import statistics
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,6 +27,7 @@ import numpy as np
 from independent.wear import Outline, scar_outline
 from labs import Report, arguments, in_parallel, share
 from numpy.random import Generator
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tribopipe import read_run
@@ -35,10 +39,10 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.wear.curve_fit import curve_fit
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.evaluation.wear.measurement_fit import volume_fit
+from tribopipe.evaluation.wear.measurement_fit import measurement_fit, volume_fit
 from tribopipe.results.run import RawRun
 
-_LOAD, _RADIUS, _PATH, _DENSITY = 0.01, 0.001, 0.005, 0.005
+_LOAD, _RADIUS, _PATH, _DENSITY, _MODULUS, _SLIP = 0.01, 0.001, 0.005, 0.005, 0.02, 0.01
 """Relative standard uncertainties that every laboratory states."""
 _SHAPE = (2 / 3 - 3 * np.pi / 16) / (2 / 3 + 3 * np.pi / 16) / np.sqrt(3)
 """That of the section of a real groove of known width: between those that rigid bodies make of it at the extremes."""
@@ -55,6 +59,7 @@ _STEP = 1e-4
 """Relative step of a difference quotient."""
 _DRAWS = 10_000
 _ALONE = Path(__file__).parents[1] / "sample_runs" / "si3n4-air-200mN"
+_HARD: dict[str, Any] = {"youngs_modulus": 304e9, "poisson_ratio": 0.24}
 _SOFT: dict[str, Any] = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 FIRST_ORDER = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
 Truth = Mapping[str, float]
@@ -66,6 +71,7 @@ class Rig:
 
     kind: str
     distance: float
+    """m; of two discs, rotations."""
     usual: Mapping[str, float]
     """Usual k_D by body, m²/N."""
     inputs: Mapping[str, tuple[float, float]]
@@ -134,7 +140,8 @@ class Rig:
         document = {"schema": "tribopipe.run/1", "id": "lab", "signals": [{"file": "none.csv"}], "end_values": measured}
         measured.pop(without, None)
         distance = np.linspace(0.0, self.distance, 20)
-        columns: dict[SignalName, Column] = {"time": distance.copy(), "sliding_distance": distance}
+        along: SignalName = "rotations" if self.kind == "twin-disc" else "sliding_distance"
+        columns: dict[SignalName, Column] = {"time": distance.copy(), along: distance}
         manifest = RunManifest.model_validate(document | self.document(self))
         return RawRun(manifest, columns, dict.fromkeys(columns, "measured"), {}, {}, ())
 
@@ -218,6 +225,58 @@ def _balls(rig: Rig) -> dict[str, Any]:
     }
 
 
+def _volumes_of_discs(rig: Rig, truth: Truth) -> dict[str, float]:
+    """Return what two discs have lost by Eq. 10 and 14 to 16 of the paper, integrated over the rotations."""
+    load, crown, curved, flat = (truth[name] for name in ("load", "crown", "curved", "flat"))
+    modulus = 1 / sum((1 - _HARD["poisson_ratio"] ** 2) / truth[name] for name in ("curved_modulus", "flat_modulus"))
+    ratio = (1 + truth["slip"]) * curved / flat
+
+    def state(first: float, second: float) -> tuple[float, float]:
+        """Return half width and mean pressure."""
+        equivalent, elastic = 1 / (1 / (curved - first) + 1 / (flat - second)), first + second + 1e-8
+        for _ in range(60):
+            height = first + second + elastic
+            width = float(np.sqrt(height * (2 * crown - height)))
+            length = np.pi / 4 * np.sqrt(2 * load / width * equivalent / np.pi / modulus)
+            before, elastic = elastic, load / 2 / modulus / np.sqrt(width * length)
+            if abs(elastic - before) < 1e-13 * elastic:
+                break
+        return width, float(np.pi / 4 * np.sqrt(load / 2 / width * modulus / np.pi / equivalent))
+
+    def rates(_: float, worn: Column) -> list[float]:
+        first, second = worn[0] * 1e-6, worn[1] * 1e-6
+        width, pressure = state(first, second)
+        slid = 2 * np.pi * (ratio * (flat - second) - (curved - first)) * pressure * rig.distance
+        one, other = truth["curved_disc"] * slid, truth["flat_disc"] * slid * ratio
+        lost = 4 * np.pi * width * (curved - first) * one, 4 * np.pi * width * (flat - second) * other
+        return [1e6 * one, 1e6 * other, 1e12 * lost[0], 1e12 * lost[1]]
+
+    found = solve_ivp(rates, (0.0, 1.0), np.zeros(4), method="DOP853", rtol=1e-9, atol=1e-12).y[2:, -1] * 1e-12
+    return {"curved_disc_wear_volume": float(found[0]), "flat_disc_wear_volume": float(found[1])}
+
+
+def _discs(rig: Rig) -> dict[str, Any]:
+    discs = {
+        f"{name}_disc": {
+            "rolling_radius": rig.stated(name, "m"),
+            "youngs_modulus": rig.stated(f"{name}_modulus", "Pa"),
+            "poisson_ratio": _HARD["poisson_ratio"],
+            "material": "Si3N4",
+        }
+        for name in ("curved", "flat")
+    }
+    discs["curved_disc"]["crown_radius"] = rig.stated("crown", "m")
+    return {
+        "contact": {"kind": rig.kind, **discs},
+        "conditions": {
+            "normal_load": rig.stated("load", "N"),
+            "curved_disc_speed": "0.8 m/s",
+            "slip": rig.stated("slip", "1"),
+            "rotations": rig.distance,
+        },
+    }
+
+
 def _of_ball(load: float, path: float) -> dict[str, tuple[float, float]]:
     return {"load": (load, _LOAD), "radius": (3e-3, _RADIUS), "path": (path, _PATH), "shape": (1.0, _SHAPE)}
 
@@ -244,6 +303,23 @@ RIGS = {
             _scars_of_balls,
             _balls,
             {"ball_scar_diameter": 6},
+        ),
+        Rig(
+            "twin-disc",
+            1e6,
+            {"curved_disc": 4.6e-18, "flat_disc": 2e-18},
+            {
+                "load": (0.25, _LOAD),
+                "crown": (4e-3, 2 * _RADIUS),
+                "curved": (4e-3, _RADIUS),
+                "flat": (4e-3, _RADIUS),
+                "curved_modulus": (_HARD["youngs_modulus"], _MODULUS),
+                "flat_modulus": (_HARD["youngs_modulus"], _MODULUS),
+                "slip": (0.04, _SLIP),
+            },
+            _volumes_of_discs,
+            _discs,
+            {},
         ),
     )
 }
@@ -291,16 +367,17 @@ class Doubt(NamedTuple):
     """u of the first k_D."""
 
 
-def doubts(seed: int) -> list[Doubt]:
+def doubts(kinds: Sequence[str], seed: int) -> list[Doubt]:
     """Leave out each reading of each contact in turn."""
     found = []
-    for rig in RIGS.values():
+    for rig in (RIGS[kind] for kind in kinds):
         for missing in rig.readings(rig, made(rig, seed)[0]):
             _, run = made(rig, seed, missing)
             fit = fit_wear(run, "archard", recipe=FIRST_ORDER)
-            k = next(iter(fit.bodies.values())).wear_coefficient
             warned = any(one.severity == "warning" for one in fit.findings)
-            found.append(Doubt(rig.kind, missing, tuple(fit.bodies), warned, (k.standard_uncertainty or 0.0) / k.value))
+            ks = [one.wear_coefficient for one in fit.bodies.values()]
+            relative = (ks[0].standard_uncertainty or 0.0) / ks[0].value if ks else math.nan
+            found.append(Doubt(rig.kind, missing, tuple(fit.bodies), warned, relative))
     return found
 
 
@@ -313,18 +390,24 @@ def say_what_is_claimed(report: Report, answers: Sequence[Doubt]) -> None:
         of = [one for one in answers if (one.kind, one.missing) == (kind, missing)]
         several, warned = sum(len(one.bodies) > 1 for one in of), sum(one.warned for one in of)
         spread = float(np.median([one.relative for one in of]))
-        (body, *_) = of[0].bodies
-        rows.append(
-            [kind, spoken(missing), f"{several} of {len(of)}", spoken(body), f"{100 * spread:.1f} %", f"{warned}"]
-        )
+        body = spoken(of[0].bodies[0]) if of[0].bodies else "none"
+        width = f"{100 * spread:.1f} %" if of[0].bodies else ""
+        rows.append([kind, spoken(missing), f"{several} of {len(of)}", body, width, f"{warned}"])
     report.table(["contact", "not measured", "k_D of both", "k_D of", "median u", "warnings"], rows)
 
 
-def say_how_long(report: Report, seed: int, repeats: int) -> None:
+def _posed(run: RawRun) -> Any:
+    """Return the fit of a run's measurements, before it is solved."""
+    if run.manifest.slip is None:
+        return volume_fit(run, "archard", None, Recipe())
+    return measurement_fit(correct_drift(run, Recipe()), "archard", None, Recipe())
+
+
+def say_how_long(report: Report, kinds: Sequence[str], seed: int, repeats: int) -> None:
     """Time draws of both k_D beside those of a pin alone with a depth signal."""
     alone = curve_fit(correct_drift(read_run(_ALONE), Recipe()), "archard", None, Recipe())
     fits: dict[str, Any] = {"pin-on-disc, pin alone, depth signal": alone}
-    fits |= {kind: volume_fit(made(rig, seed)[1], "archard", None, Recipe()) for kind, rig in RIGS.items()}
+    fits |= {kind: _posed(made(RIGS[kind], seed)[1]) for kind in kinds}
     times: dict[str, list[float]] = {name: [] for name in fits}
     for _ in range(repeats + 1):
         for name, fit in fits.items():
@@ -341,19 +424,20 @@ def say_how_long(report: Report, seed: int, repeats: int) -> None:
     )
 
 
-def both(seed: int) -> list[Found]:
+def both(kinds: Sequence[str], seed: int) -> list[Found]:
     """Test one pair of each contact."""
-    return [found for rig in RIGS.values() for found in outcomes(rig, seed)]
+    return [found for kind in kinds for found in outcomes(RIGS[kind], seed)]
 
 
 def main(words: Sequence[str] | None = None) -> None:
     """Count how often intervals hold, and time draws."""
     parser = arguments(__doc__ or "", labs=1000)
     parser.add_argument("--repeats", type=int, default=21, help="number of repeats of the timing (%(default)s)")
+    parser.add_argument("--only", nargs="+", default=list(RIGS), choices=RIGS, help="contacts (all)")
     options = parser.parse_args(words)
     report = Report("k_D of each body from wear volumes", options)
     seeds = range(options.first_seed, options.first_seed + options.labs)
-    answers = [found for part in in_parallel(both, seeds, options) for found in part]
+    answers = [found for part in in_parallel(partial(both, options.only), seeds, options) for found in part]
     rows = []
     for kind, body in dict.fromkeys((found.kind, found.body) for found in answers):
         of = [found for found in answers if (found.kind, found.body) == (kind, body)]
@@ -367,8 +451,9 @@ def main(words: Sequence[str] | None = None) -> None:
         "the ideal estimator."
     )
     report.table(["contact", "body", "covered", "fraction", "95 % CI", "bias", "median u", "u / ideal"], rows)
-    say_what_is_claimed(report, [one for part in in_parallel(doubts, seeds, options) for one in part])
-    say_how_long(report, options.first_seed, options.repeats)
+    without = in_parallel(partial(doubts, options.only), seeds, options)
+    say_what_is_claimed(report, [one for part in without for one in part])
+    say_how_long(report, options.only, options.first_seed, options.repeats)
     report.finish()
 
 

@@ -1,8 +1,8 @@
 """Times of tribopipe and of the alternatives that a user would run, their scaling with size, and peak memory.
 
-    python benchmarks/performance --write docs/performance.md
+    python benchmarks/performance --write docs/performance.md --figure docs/figures/scaling.svg
     python benchmarks/performance --only b,c --small
-    python benchmarks/performance --only c,i --earlier FOLDER
+    python benchmarks/performance --only c,i,j --earlier FOLDER
 
 Each case is a pair, ours and its peer or limit, done in turn in one process; what counts is the ratio of the medians.
 Exits with 1 where a bound does not hold. pytest-benchmark and asv each time one function by itself, to be held against
@@ -26,10 +26,13 @@ os.environ.update(ONE_THREAD | os.environ)  # before numpy is loaded: as the com
 
 import page
 from case import Pair, Row, Setting, unbound
+from chart import plot_growth
 from clock import both, grown
 from labs import Report, arguments
 from page import Grown, Timed
 from weight import weighed
+
+from tribopipe.views.run_figures import save_figure
 
 CASES = {
     "a": "ingest",
@@ -41,17 +44,19 @@ CASES = {
     "g": "command_start",
     "h": "whole_line",
     "i": "earlier_fit",
+    "j": "earlier_process",
+    "k": "nothing_to_do",
 }
 """Module of each case."""
 _WHAT = """\
 In each case, tribopipe is compared with the usual alternative, or with a lower bound on the time. The two are timed
 alternately, many times, in one process. Times are medians, with the minimum and the maximum in parentheses. A ratio is
 the time of tribopipe divided by that of the alternative; "times as fast" is the inverse ratio. Cases without disk
-access (b to e, and i) are compared by CPU time. Case (i) compares the current version with an earlier one, which is
-given with `--earlier`; the two versions are run alternately in separate processes. If the alternative would take too
-long, only part of its work is timed, and the time is extrapolated, as stated in the table. The cases are described in
-the docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs all cases at
-a small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
+access (b to e, and i) are compared by CPU time. Cases (i) and (j) compare the current version with an earlier one,
+which is given with `--earlier`; the two versions are run alternately in separate processes. If the alternative would
+take too long, only part of its work is timed, and the time is extrapolated, as stated in the table. The cases are
+described in the docstrings of the modules in `benchmarks/performance`. `--only b,c` runs selected cases; `--small` runs
+all cases at a small size, without checking the limits. Linear algebra uses one thread, as in the tribopipe command."""
 _GROWTH = """\
 The table lists median times for sizes spanning three decades; the sizes are also timed alternately. The exponent n in
 time ∝ sizeⁿ is determined by a least-squares fit to the logarithms."""
@@ -98,7 +103,8 @@ def _asked() -> argparse.Namespace:
     parser.add_argument("--only", default=",".join(CASES), help="letters of the cases (%(default)s)")
     parser.add_argument("--repeats", type=int, help=f"number of repeats ({_REPEATS}; of small ones {_SMALL_REPEATS})")
     parser.add_argument("--small", action="store_true", help="sizes that take seconds, for which no bounds hold")
-    parser.add_argument("--earlier", type=Path, help="work tree of an earlier commit, for case i")
+    parser.add_argument("--figure", type=Path, help="file into which the scaling is drawn")
+    parser.add_argument("--earlier", type=Path, help="work tree of an earlier commit, for cases i and j")
     options = parser.parse_args()
     options.only = options.only.split(",")
     if unknown := set(options.only) - set(CASES):
@@ -117,6 +123,11 @@ def _tell(options: argparse.Namespace, found: list[tuple[str, Timed | Grown]]) -
     report.say("## Scaling")
     report.say(_GROWTH)
     report.table(page.GROWTH, page.of_growth(growths))
+    if options.figure is not None and growths:
+        save_figure(plot_growth(growths), options.figure)
+        if options.write is not None:
+            shown = os.path.relpath(options.figure, options.write.parent).replace(os.sep, "/")
+            report.say(f"![Median times against sizes, on logarithmic axes, with the fitted exponents]({shown})")
     report.say("## Peak memory")
     report.say(_MEMORY)
     report.table(page.MEMORY, page.of_memory(pairs, growths))

@@ -45,6 +45,8 @@ class Pair:
     """What the peer's time is multiplied by: it may do a share of the work only, which ``beside`` says then."""
     at_most: float | None = None
     """Bound of our time over the peer's."""
+    allowance: float = 0.0
+    """Time that ours may take beyond that bound, s."""
     at_least: float | None = None
     """Bound of how many times as fast we are as the peer."""
     repeats: int | None = None

@@ -57,7 +57,7 @@ def rows(setting: Setting) -> Iterator[Row]:
     if setting.earlier is None:
         print("(i) is skipped: --earlier FOLDER names the work tree of an earlier commit", file=sys.stderr)
         return
-    ours, peer = Fitting(HERE), Fitting(setting.earlier.resolve())
+    ours, peer = Served(HERE, _SERVE), Served(setting.earlier.resolve(), _SERVE)
     both, work = partial(ours, _BOTH), "k_D for one run, with both laws"
     yield Pair(
         work,
@@ -69,19 +69,23 @@ def rows(setting: Setting) -> Iterator[Row]:
     yield Pair(work, both, partial(peer, _BOTH), "earlier version: the same fits, with both laws")
 
 
-def _python(root: Path) -> str:
-    """Return the interpreter of a work tree's own environment; that of this process where it has none."""
-    own = root / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-    return str(own) if own.is_file() else sys.executable
+def own_folder(root: Path) -> Path:
+    """Return the folder of programs of a work tree's own environment; of that of this process where it has none."""
+    own = root / ".venv" / ("Scripts" if sys.platform == "win32" else "bin")
+    return own if own.is_dir() else Path(sys.executable).parent
 
 
-class Fitting:
-    """A process that fits the run, with the code of one work tree, as often as it is asked to."""
+class Served:
+    """A process that does some work with the code of one work tree, as often as it is asked to.
 
-    def __init__(self, root: Path) -> None:
+    Each line that it reads is an order, and its answer the time of the processor, s, and the peak memory, bytes.
+    """
+
+    def __init__(self, root: Path, script: str, *arguments: str) -> None:
         """Start it; it ends with this object."""
+        python = own_folder(root) / ("python.exe" if sys.platform == "win32" else "python")
         self._process = subprocess.Popen(
-            [_python(root), "-c", _SERVE, str(root)],
+            [str(python), "-c", script, str(root), *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -89,10 +93,10 @@ class Fitting:
         )
         weakref.finalize(self, self._process.communicate)
 
-    def __call__(self, laws: tuple[str, ...]) -> Taken:
-        """Fit under these laws, and tell the time of the processor. Raises ``ValueError`` where that fails."""
+    def __call__(self, order: object) -> Taken:
+        """Have the work done, and return what it took. Raises ``ValueError`` where that fails."""
         ask, answer = self._process.stdin, self._process.stdout
         if ask is None or answer is None:
             raise ValueError(self._process.args)
-        print(json.dumps(laws), file=ask, flush=True)
+        print(json.dumps(order), file=ask, flush=True)
         return Taken(*json.loads(answer.readline()))

@@ -23,15 +23,19 @@ class Timed(NamedTuple):
     @property
     def holds(self) -> bool:
         """Say whether the ratio is within its bounds."""
-        ratio = self.ours.median / self.peer.median
-        return ratio <= (self.pair.at_most or ratio) and 1 / ratio >= (self.pair.at_least or 1 / ratio)
+        ours, peer = self.ours.median, self.peer.median
+        most, least = self.pair.at_most, self.pair.at_least
+        return (most is None or ours <= most * peer + self.pair.allowance) and (least is None or peer >= least * ours)
 
     @property
     def asked(self) -> str:
         """Say the bound; nothing where there is none."""
         if self.pair.at_least is not None:
             return f"≥ {self.pair.at_least:g} times as fast"
-        return "" if self.pair.at_most is None else f"≤ {self.pair.at_most:g}"
+        if self.pair.at_most is None:
+            return ""
+        more = f", and {self.pair.allowance:g} s more" if self.pair.allowance else ""
+        return f"≤ {self.pair.at_most:g}{more}"
 
     @property
     def ratio(self) -> str:

@@ -15,7 +15,7 @@ sys.path.append(str(Path(__file__).parents[1] / "reliability"))
 
 from short_runs import quick_recipe, short_runs
 
-_COMMAND = Path(sys.executable).with_name("tribopipe.exe" if sys.platform == "win32" else "tribopipe")
+COMMAND = Path(sys.executable).with_name("tribopipe.exe" if sys.platform == "win32" else "tribopipe")
 _RUNS, _FEW = 96, 4
 _SHORTEST = 126
 """Samples of a run."""
@@ -63,4 +63,4 @@ def made(setting: Setting, count: int, times: int = 1) -> Path:
 def processed(setting: Setting, runs: Path, *options: str) -> Command:
     """Return the command that does all steps of these runs, whether they were done before or not."""
     archive = setting.folder / f"archive-of-{runs.name}{''.join(options[:2])}"
-    return Command([str(_COMMAND), "process", str(runs), "--archive", str(archive), "--force", *options])
+    return Command([str(COMMAND), "process", str(runs), "--archive", str(archive), "--force", *options])
