@@ -383,6 +383,12 @@ def test_two_discs_have_volumes_contact_and_marks(disc_pair):
     ]
 
 
+def test_wear_is_headed_by_the_body_that_wears(further_run):
+    run_id = "al2o3-reciprocating-5N"
+    titles = {offer.name: offer.title for offer in run_plots(RunFile(further_run(run_id), run_id, Kept()))}
+    assert titles["wear"] == "Wear of the ball"
+
+
 @pytest.mark.slow
 def test_runs_are_compared_on_one_axis(samples):
     pins = ["again", RUN]

@@ -324,6 +324,13 @@ def test_plan_tells_of_both_discs(run_cli, home):
     assert "cylindrical disc" in result.stdout
 
 
+@pytest.mark.slow
+def test_a_target_without_its_per_cent_sign_is_no_target_of_500_per_cent(run_cli, home):
+    result = run_cli("plan", RUN, "--interval", "5", cwd=home)
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert "--interval: found '5', which is 500 % of k_D; expected less than 100 %" in result.stderr
+
+
 def test_fit_drawn_another_way_is_another_fit(run_cli, home):
     recipe = home / "recipe.toml"
     recipe.write_text('schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n', encoding="utf-8")

@@ -431,7 +431,7 @@ def test_another_run_of_the_same_id_stays(exported, tmp_path, run_cli):
         (["--ro-crate", "out", "nobody"], "found neither a run nor a study 'nobody'"),
         (["--eln", "out.zip"], "expected a file name that ends in .eln"),
         (["--ro-crate", "a", "--eln", "b.eln"], "specify the file to write"),
-        (["--ro-crate", "archive"], "archive: found a folder; expected the path of a file"),
+        (["--ro-crate", "archive"], "archive: found an existing folder; expected a folder that does not exist"),
         (["--ro-crate", "out", "--dataset", "none.toml"], "none.toml"),
         (["--ro-crate", "out", "--archive", "elsewhere"], "found no archive in this folder"),
     ],

@@ -33,7 +33,7 @@ from tribopipe.views.decimation import thinned
 from tribopipe.views.html.document import run_report
 from tribopipe.views.run_figures import plot_depth, plot_friction, plot_wear, save_figure
 from tribopipe.views.run_page import results_table
-from tribopipe.views.run_plots import WANDER_NAME, depth_panels
+from tribopipe.views.run_plots import WANDER_NAME, depth_panels, friction_panels
 
 
 @pytest.mark.parametrize("run_id", others_slow(["si3n4-air-800mN", "wc-co-water-400mN"], "si3n4-air-800mN"))
@@ -327,6 +327,34 @@ def test_drawn_drift_is_the_line_that_was_found_whatever_the_sensor_reads_of_the
     slope = float(np.polyfit(time, drift.y, 1)[0])
     assert slope == pytest.approx(found.value, abs=0.5 * found.standard_uncertainty)
     assert np.ptp(drift.y - slope * time) < 0.2e-6
+
+
+def test_a_negative_drift_has_the_minus_sign_of_the_axes(sample_archive):
+    corrected = archived_correction(sample_archive, SAMPLE_IDS[0])
+    rate = corrected.correction.drift_rate.model_copy(update={"value": -1e-10})
+    figure = plot_depth(replace(corrected, correction=corrected.correction.model_copy(update={"drift_rate": rate})))
+    assert figure.axes[0].texts[0].get_text().startswith("drift −6")
+    assert figure.axes[0].get_title(loc="left") == f"{SAMPLE_IDS[0]}: depth signal"
+
+
+def test_words_above_a_depth_signal_name_the_body_as_its_run_does(further_run):
+    corrected = archived_correction(further_run("al2o3-reciprocating-5N"), "al2o3-reciprocating-5N")
+    alone = corrected.correction.model_copy(update={"anchor": None, "end_wear_depth": None})
+    told = plot_depth(replace(corrected, correction=alone)).axes[0].texts[0].get_text()
+    assert "the wear of the ball was not measured" in " ".join(told.split())
+
+
+def test_only_measured_friction_is_drawn_as_excluded(sample_archive):
+    raw = sample_archive.raw(SAMPLE_IDS[0])
+    fit = fit_friction(raw)
+    x = raw.columns["sliding_distance"]
+    later = (Quantity(value=10.0, unit="m"), fit.window[1])
+    late = fit.model_copy(update={"window": later})
+    above, _ = friction_panels(x, raw, late)
+    assert above.left_out == (x[0], pytest.approx(10.0, abs=0.1))
+    mu = np.where(x < 10.0, np.nan, raw.columns["friction_coefficient"])
+    above, _ = friction_panels(x, replace(raw, columns={**raw.columns, "friction_coefficient": mu}), late)
+    assert above.left_out is None
 
 
 def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_run):

@@ -249,7 +249,7 @@ def test_the_scar_of_a_run_without_end_values_is_asked_for_first(commands, lab, 
     onwards = [f'tribopipe predict {RUN} --load "400 mN"', f"tribopipe report {RUN}"]
     assert commands() == [f"tribopipe process {Path('runs') / RUN} --amend", *onwards, BROWSE]
     said = " ".join(run_cli(cwd=lab).stdout.split())
-    assert f"No post-test measurement of the pin for 1 run ({RUN})" in said
+    assert f"k_D of 1 run ({RUN}) is based on the depth sensor alone: measure the wear scar" in said
     Archive(lab / "archive").mark(RUN, Mark(kind="bad", reason="it rang", date=NOW))
     assert commands() == [BROWSE]
 

@@ -102,6 +102,11 @@ def answering(*answers: str):
 # --- one WINDUCOM file and one answered question ---
 
 
+def test_one_row_is_a_row(run_cli, lab):
+    (lab / "short.csv").write_text("time [s],friction force [N]\n0,1\n", encoding="utf-8")
+    assert "short.csv: 1 row, " in run_cli("new", "short.csv").stderr
+
+
 def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, export, monkeypatch):
     ask = answering("50 N")
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)

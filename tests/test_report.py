@@ -27,6 +27,7 @@ from tribopipe.results.evaluation import FrictionFit
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
 from tribopipe.views.html.rendering import inline_svg, mathml
+from tribopipe.views.page import probability
 from tribopipe.views.required_report_items import _mean, reporting_items
 from tribopipe.views.run_page import run_page
 from tribopipe.views.study_page import study_page
@@ -341,6 +342,22 @@ def test_run_without_a_fit_says_what_it_lacks(studied):
     assert "missing: add end_values.pin_scar_diameter to run.toml" in page.text
     assert "Drift of the depth sensor" not in page.text
     assert "(Eq. 3)" not in page.text
+
+
+def test_run_report_counts_findings_and_calls_a_warning_a_warning(studied):
+    advance(studied, NO_END, "wear_fit_archard", QUICK)
+    found = [finding.severity for finding in run_page(studied, NO_END).findings]
+    assert "warning" in found
+    page = Page(run_report(studied, [NO_END]))
+    counts = [(found.count(name), name) for name in ("warning", "note") if name in found]
+    told = ", ".join(f"{count} {name}{'s' * (count > 1)}" for count, name in counts)
+    assert f"{told}; see below." in page.text
+    assert "Note: warning:" not in page.text
+    assert "Warning: end_values: found no post-test measurement" in page.text
+
+
+def test_small_p_values_have_a_power_of_ten():
+    assert [probability(p) for p in (0.5, 0.00014, 1.861e-21, 0.0)] == ["0.5", "0.00014", "1.9×10⁻²¹", "0"]
 
 
 def test_run_as_recorded_is_reported_without_results(sample_run, tmp_path):

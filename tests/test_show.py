@@ -115,6 +115,11 @@ def test_json_has_tags_and_annotations_too(show, archive):
     assert document["steps"] == Archive(archive).step_names(RUN)
 
 
+def test_a_study_is_shown_by_its_own_command(run_cli, archive, monkeypatch):
+    monkeypatch.setattr(Archive, "study_ids", lambda _: ["air"])
+    refused(run_cli("show", "air", "--archive", archive), "found the study 'air'", "use `tribopipe study show air`")
+
+
 def test_hostile_texts_steer_no_terminal(sample_run, tmp_path, run_cli):
     nasty = "a\\u001b]0;owned\\u0007 \\u202ebackwards\\u009b2J b"
     for key in ("title", "instrument"):

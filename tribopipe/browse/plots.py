@@ -281,7 +281,8 @@ def _wear(run: RunFile) -> Iterator[PlotOffer]:
     elif PIN_WEAR in run.datasets or any(f"{curve}wear_depth" in run.datasets for curve in curves):
         fits = (run.result(step, WearFit) for step in WEAR_FITS.values())
         words = "; ".join(basis_words(fit for fit in fits if fit is not None))
-        yield _sampled(run, "wear", "Wear of the pin", stage, path, _draw_wear, words)
+        heading = run.outline.manifest.worded("Wear of the pin")
+        yield _sampled(run, "wear", heading, stage, path, _draw_wear, words)
 
 
 def _draw_wear(run: RunFile, x: Column) -> tuple[Panel, ...]:

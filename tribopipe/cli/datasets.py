@@ -77,10 +77,16 @@ def export_dataset(
     --eln. The data set contains the archive files byte for byte, the instrument files, all data as CSV and JSON,
     reports, a codebook, and machine-readable metadata. Use `tribopipe import` to reimport it.
     """
+    from tribopipe.base.errors import OutputError
     from tribopipe.extras.fair.export import choose, export_crate
     from tribopipe.pipeline.output_paths import require_free
 
     path = _path(ro_crate, eln)
+    if path == ro_crate and path.is_dir():
+        raise OutputError(
+            f"{path}: found an existing folder; expected a folder that does not exist, since folders are never "
+            "replaced; specify another folder"
+        )
     require_free([path], force=force)
     store = load_archive(archive)
     chosen = choose(store, ids or ())

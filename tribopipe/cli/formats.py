@@ -167,7 +167,11 @@ def _show(path: Path, export: "Export") -> None:
     for note in _notes(export):
         print_result(f"  note: {note}")
     columns = ["column", "unit", "meaning", "minimum", "maximum", "missing"]
-    table(f"  {export.rows} rows", columns, [_row(export, column) for column in export.table.columns])
+    table(
+        f"  {export.rows} row{'' if export.rows == 1 else 's'}",
+        columns,
+        [_row(export, column) for column in export.table.columns],
+    )
 
 
 def _row(export: "Export", column: "ReadColumn") -> list[str]:

@@ -242,7 +242,20 @@ def show(
         return
     if not archived and Path(run_id).suffix:
         raise _neither_file_nor_run(run_id, archive)
-    _show_run(load_archive(archive), run_id, plot=plot, in_full=bool(verbose), as_json=as_json)
+    store = load_archive(archive)
+    if not archived and run_id in store.study_ids():
+        raise _a_study(run_id, archive)
+    _show_run(store, run_id, plot=plot, in_full=bool(verbose), as_json=as_json)
+
+
+def _a_study(name: str, archive: Path) -> "ArchiveError":
+    """Return the error for a study where a run is expected."""
+    from tribopipe.base.errors import ArchiveError
+
+    return ArchiveError(
+        f"{archive}: found the study {name!r}, but no run of this ID; expected the ID of an archived run; to show the "
+        f"study, use `tribopipe study show {name}`"
+    )
 
 
 def _neither_file_nor_run(name: str, archive: Path) -> "ArchiveError":

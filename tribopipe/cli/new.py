@@ -171,7 +171,7 @@ def _answer(question: str) -> str:
 
 def _tell(made: "NewRun") -> None:
     for group in made.groups:
-        say(f"{made.folder}: {group}: {group.rows} rows, {group.first.reader.title}")
+        say(f"{made.folder}: {group}: {group.rows} row{'' if group.rows == 1 else 's'}, {group.first.reader.title}")
     for note in made.notes:
         say(f"  note: {note}")
     for value in made.accepted:

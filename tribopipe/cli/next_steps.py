@@ -241,7 +241,7 @@ def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
     warned = [run for run in runs if run.value("findings")]
     if warned:
         told = f"tribopipe show {warned[0].id}" if len(warned) == 1 else 'tribopipe ls --where "findings>0"'
-        yield NextStep(f"Warnings on {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
+        yield NextStep(f"Warnings from the checks on {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
 
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
@@ -257,10 +257,7 @@ def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterato
     """Report which wear coefficients are based on the depth sensor alone, and how to add a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
-        why = (
-            f"No post-test measurement of the pin for {_counted(len(runs), 'run')} ({_named(runs)}); k_D is based on "
-            f"the depth sensor alone"
-        )
+        why = f"k_D of {_counted(len(runs), 'run')} ({_named(runs)}) is based on the depth sensor alone"
         yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 
 

@@ -86,7 +86,7 @@ def show_run_overview(store: "Archive", run_id: str) -> None:
     if found:
         heading("Results", "(± is one standard uncertainty)")
         show_facts(found, width)
-    _show_warnings(page)
+    _show_warnings(page, outline)
     print_result(f"\n{store.path(run_id)}")
     print_result(f"All details: `tribopipe show {run_id} -v`")
 
@@ -186,9 +186,10 @@ def _of_studies(store: "Archive", outline: "RunOutline") -> Iterator[Fact]:
                 yield Fact("agreement", f"{'; '.join(words)}: study {study_id}")
 
 
-def _show_warnings(page: RunPage) -> None:
+def _show_warnings(page: RunPage, outline: "RunOutline") -> None:
     """Name the errors and warnings on the run; -v shows each in full."""
-    named = [f"{one.severity}: {one.where}: {title(one.code)}" for one in page.findings if one.severity != "note"]
+    worded, told = outline.manifest.worded, [one for one in page.findings if one.severity != "note"]
+    named = [f"{one.severity}: {one.where}: {worded(title(one.code))}" for one in told]
     notes = len(page.findings) - len(named)
     if notes:
         named.append(f"{notes} note{'' if notes == 1 else 's'}")

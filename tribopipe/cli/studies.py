@@ -274,10 +274,16 @@ def plan(
 
     Shows which input contributes most to the uncertainty, and the required sliding distance or number of replicates.
     """
+    from tribopipe.base.errors import UnitError
     from tribopipe.pipeline.studies import plan_archived
     from tribopipe.results.input_quantities import input_label
 
     store, wanted = load_archive(archive), parsed("--interval", interval, "percentage")
+    if wanted >= 1:
+        raise UnitError(
+            f"--interval: found {interval!r}, which is {100 * wanted:.0f} % of k_D; expected less than 100 %, such as "
+            "'10 %'"
+        )
     designs = plan_archived(store, name, model, wanted, load_recipe(recipe))
     for found in designs:
         print_result(str(found))

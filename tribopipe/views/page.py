@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from tribopipe.base.units import WEAR_COEFFICIENT, force_unit, from_si, pretty
+from tribopipe.base.units import WEAR_COEFFICIENT, force_unit, from_si, pretty, show
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import ProfileSource, StatedFriction
 from tribopipe.documents.quantity import EndValue, Quantity, between
@@ -237,6 +237,11 @@ def facts(*told: tuple[str, str | None]) -> tuple[Fact, ...]:
 def shown(quantity: Quantity | None, unit: str | None = None) -> str | None:
     """Format a quantity in a unit, by default its display unit; None if it is unknown."""
     return None if quantity is None else quantity.shown(unit or usual_unit(quantity))
+
+
+def probability(value: float) -> str:
+    """Format a p-value with two digits, a small one with a power of ten: "0.14", "1.9×10⁻²¹"."""
+    return show(float(f"{value:.2g}"), None, "1")
 
 
 def usual_unit(quantity: Quantity) -> str:

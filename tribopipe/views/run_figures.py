@@ -27,7 +27,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import LAWS, law_label
 from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
-from tribopipe.results.evaluation import DriftCorrection, FrictionFit
+from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.finding import first_of_each_code
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import WearFit
@@ -162,7 +162,8 @@ def draw_panel(ax: "Axes", panel: Panel, power: int = 0) -> None:
             if line is not None
         )
         x, y, *band = _smooth(curve.x, y, *band) if band else thinned(curve.x, y)
-        ax.plot(x, y, **look._asdict(), label="" if curve.role == "residual" else curve.name)
+        name, above = "" if curve.role == "residual" else curve.name, 2.5 if curve.role == "drift" else 2.0
+        ax.plot(x, y, **look._asdict(), label=name, zorder=above)
         if band:
             ax.fill_between(x, band[0], band[1], color=look.color, alpha=0.15, lw=0)
     _draw_lines(ax, panel)
@@ -229,14 +230,21 @@ def plot_signals(run: RawRun) -> "Figure":
 def plot_depth(corrected: CorrectedRun, clean_up: CleanUp | None = None) -> "Figure":
     """Draw the depth signal, its drift, and the corrected wear with the post-test measurement."""
     x, label = course(corrected.run)
-    words = _drift_words(corrected.correction)
+    words = _drift_words(corrected)
     return _stacked(depth_panels(x, corrected, clean_up), f"{corrected.id}: depth signal", words, label)
 
 
-def _drift_words(correction: DriftCorrection) -> str:
+def _drift_words(corrected: CorrectedRun) -> str:
+    correction = corrected.correction
     if correction.end_wear_depth is None:
-        return in_lines(str(correction))
-    return f"drift {_shown(correction.drift_rate, 'nm/min')}, discrepancy {_shown(correction.discrepancy, 'um')}"
+        return in_lines(_with_minus(corrected.run.manifest.worded(str(correction))))
+    rate, discrepancy = _shown(correction.drift_rate, "nm/min"), _shown(correction.discrepancy, "um")
+    return _with_minus(f"drift {rate}, discrepancy {discrepancy}")
+
+
+def _with_minus(words: str) -> str:
+    """Write negative numbers with the minus sign of the axes; hyphens in words and ids stay."""
+    return re.sub(r"(?<!\S)-(?=\d)", "−", words)
 
 
 @styled
@@ -463,11 +471,12 @@ def _png(figure: "Figure", dpi: float) -> bytes:
     """Draw a figure once: ``savefig`` would draw it twice, the first time for its layout alone."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    picture, usual = BytesIO(), figure.dpi
+    picture, canvas, usual = BytesIO(), figure.canvas, figure.dpi
     with own_style():
         figure.set_dpi(dpi)
         FigureCanvasAgg(figure).print_png(  # type: ignore[no-untyped-call]
             picture, metadata={"Software": MADE_BY}, pil_kwargs={"compress_level": _PNG_LEVEL}
         )
         figure.set_dpi(usual)
+    figure.set_canvas(canvas)  # the pixels, some 15 MB, are not kept with the figure
     return picture.getvalue()

@@ -99,10 +99,16 @@ def friction_panels(
         curves.append(Curve(name, "fit", x, fitted, RATIO, run.id, path=_FRICTION))
         if mu is not None and fit.window is not None:
             residuals.append(Curve("measured − fitted", "residual", x, mu - fitted, RATIO, run.id))
-        first = int(np.argmax(np.isfinite(fitted)))
-        left_out = (float(x[0]), float(x[first])) if first else None
+        left_out = _not_fitted(x, mu, fitted)
     above = Panel("friction coefficient μ", RATIO, tuple(curves), left_out=left_out)
     return (above, Panel("residual of μ", RATIO, tuple(residuals))) if residuals else (above,)
+
+
+def _not_fitted(x: Column, mu: Column | None, fitted: Column) -> tuple[float, float] | None:
+    """Return the range of measured friction before the fit; None if there is none, as before the first stroke."""
+    first = int(np.argmax(np.isfinite(fitted)))
+    measured = first > 0 if mu is None else bool(np.isfinite(mu[:first]).any())
+    return (float(x[0]), float(x[first])) if measured else None
 
 
 def _fitted_friction(run: RawRun, fit: FrictionFit | None) -> Column | None:

@@ -20,7 +20,17 @@ from tribopipe.results.study import (
 )
 from tribopipe.results.wear_fit import by
 from tribopipe.version import VERSION
-from tribopipe.views.page import NOTHING, AgreementLine, LawPage, StudyPage, TextTable, bare, interval, shown
+from tribopipe.views.page import (
+    NOTHING,
+    AgreementLine,
+    LawPage,
+    StudyPage,
+    TextTable,
+    bare,
+    interval,
+    probability,
+    shown,
+)
 
 
 def study_page(archive: Archive, study_id: str) -> StudyPage:
@@ -110,7 +120,7 @@ def _scatter(what: str, between: BetweenRuns | None) -> Iterator[str]:
         return
     yield (
         f"between-run scatter of {what} ({between.runs} runs): {100 * between.scatter:.1f} %; "
-        f"within a run: {100 * between.within:.1f} %; test for a common k_D: p = {between.p_value:.2g}"
+        f"within a run: {100 * between.within:.1f} %; test for a common k_D: p = {probability(between.p_value)}"
     )
     for run_id in between.outliers:
         yield f'{run_id}: outlier; to exclude it: `tribopipe mark-bad {run_id} --reason "…"`'
@@ -207,11 +217,11 @@ def _shape_row(verdict: RunVerdict) -> Iterator[tuple[str, ...]]:
         yield (
             verdict.id,
             *((NOTHING, NOTHING) if exponent is None else (str(exponent.measured), f"{exponent.by_law:.3f}")),
-            NOTHING if trend is None else f"{shown(trend.amplitude)}, p = {trend.p_value:.2g}",
+            NOTHING if trend is None else f"{shown(trend.amplitude)}, p = {probability(trend.p_value)}",
             *(
                 (NOTHING, NOTHING)
                 if change is None
-                else (change.sliding_distance.shown("m"), f"{change.rate_ratio:.2f}, p = {change.p_value:.2g}")
+                else (change.sliding_distance.shown("m"), f"{change.rate_ratio:.2f}, p = {probability(change.p_value)}")
             ),
         )
 

@@ -16,7 +16,7 @@ from tribopipe.results.input_quantities import input_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPairPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.wear_fit import Basis, BodyWear, Contribution, WearFit
 from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
-from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, shown, signed_share
+from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, probability, shown, signed_share
 
 Steps: TypeAlias = Mapping[StepName, StepOutline]
 """Outline of each completed step, by name."""
@@ -267,7 +267,7 @@ def _of_fit(fit: WearFit) -> Iterator[tuple[str, str | None]]:
     """Yield the results for the whole fit."""
     samples, start = fit.effective_samples, fit.start
     yield "correlation between the two k_D values", None if fit.correlation is None else f"{fit.correlation:.2f}"
-    yield "p-value of the fit", None if fit.p_value is None else f"{fit.p_value:.2g}"
+    yield "p-value of the fit", None if fit.p_value is None else probability(fit.p_value)
     yield f"standard deviation{_of_blocks(fit)} about the fit", shown(fit.residual_deviation)
     yield "independent samples", None if samples is None else f"{samples:,.0f}"
     yield "relation between wear depth and volume", _ENGINES[fit.engine]
