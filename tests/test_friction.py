@@ -129,6 +129,28 @@ def test_loading_ramp_is_seen_in_the_measured_load(bare_run, share):
     assert fit.window[0].value == pytest.approx(0.95 * 8, abs=0.2)
 
 
+@pytest.mark.parametrize("digits", [6, 1], ids=["fine", "coarse"])
+@pytest.mark.parametrize("where", ["before", "during", "after", "creeping"])
+def test_friction_at_rest_is_none_of_the_path(bare_run, where, digits):
+    moving = np.ones(4900, dtype=bool)
+    moving[{"before": slice(0, 90), "after": slice(-120, None)}.get(where, slice(2000, 2120))] = False
+    rng = np.random.default_rng(7)
+    speed = 0.1 * moving + (1e-6 if where == "creeping" else 0.0)
+    distance = np.cumsum(speed)
+    mu = np.where(moving, exponential(distance, 0.2, 0.55, 40.0), 0.0) + rng.normal(0, 0.01, len(moving))
+    fit = fit_friction(with_friction(bare_run, mu, np.round(distance, digits)))
+    for found, true in ((fit.amplitude, 0.2), (fit.steady_state, 0.55), (fit.running_in_distance, 40.0)):
+        assert abs(found.value - true) < 3.5 * found.standard_uncertainty < 0.2 * true
+    assert ("loading ramp" if where == "before" else "does not increase") in fit.notes[0]
+
+
+def test_slow_sliding_and_coarse_distances_are_no_rest(bare_run):
+    speed = np.concatenate([np.full(1000, 0.1), np.full(1000, 0.001), np.full(1000, 0.1)])
+    distance = np.round(np.cumsum(speed), 1)
+    mu = exponential(distance, 0.2, 0.55, 40.0) + np.random.default_rng(7).normal(0, 0.01, len(speed))
+    assert not any("does not increase" in note for note in fit_friction(with_friction(bare_run, mu, distance)).notes)
+
+
 def test_mean_and_deviation_are_those_of_everything_recorded(bare_run):
     mu = np.concatenate([[0.0, 0.1], np.random.default_rng(0).normal(0.5, 0.05, 400), [np.nan]])
     fit = fit_friction(with_friction(bare_run, mu))

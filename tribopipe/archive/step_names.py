@@ -31,7 +31,7 @@ StepStage = Literal[
 METHODS: dict[StepStage, int] = {
     "clean_up": 2,
     "drift_correction": 10,
-    "friction_fit": 6,
+    "friction_fit": 7,
     "specific_wear": 9,
     "wear_fit": 15,
     "prediction": 10,

@@ -1,10 +1,10 @@
 """Friction over the sliding distance: μ(s) = A·exp(−s/c) + b (paper, Eq. 7), or as much of it as the data hold.
 
 On real data Eq. 7 degenerates where there is no exponential running-in: c runs off to millions of metres and b to −A.
-So the fit is bounded, the loading ramp is left out, and the exponential is reported only where the data show it
-from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6
-(1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the steady value
-alone is reported, and why.
+So the fit is bounded, the loading ramp and stops are left out, and the exponential is reported only where the data
+show it from a constant and from a straight line, by the Bayesian information criterion (G. Schwarz, Annals of
+Statistics 6 (1978) 461) with the number of independent samples in the place of the number of samples. Otherwise the
+steady value alone is reported, and why.
 """
 
 import math
@@ -47,6 +47,11 @@ _SMALL = 1e-6
 """Friction and the like below which a change counts in itself."""
 _RAMP_SHARE = 0.05
 """A loading ramp takes at most this share of a run."""
+_AT_REST = 1e-2
+"""Share of the mean speed of a run, below which the bodies are at rest."""
+_SHORTEST_REST = 10
+"""Samples of the shortest rest."""
+_MOST_STOPS = 5
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,11 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
     first = _loading_ramp_end(run, mu) if recipe.start is None else recipe.start.value
     last = np.inf if recipe.end is None else recipe.end.value
     inside = seen & (distance >= first) & (distance <= last)
-    fit = _fit_window(distance[inside], mu[inside])
+    moving = inside & ~_at_rest(distance)
+    fit = _fit_window(distance[moving], mu[moving])
     trimmed = (f"loading ramp of {first:.3g} m excluded",) if recipe.start is None and first > 0 else ()
+    if stopped := int(np.sum(inside & ~moving)):
+        trimmed += (f"{stopped} samples excluded, during which the sliding distance does not increase",)
     mean, deviation = _vendor_statistics(mu[seen])
     found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
     return _with_inputs(fit.model_copy(update=found), *shares)
@@ -167,6 +175,34 @@ def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     if run.origins.get("normal_force") == "measured":
         return _ramp_end_by_load(distance, run.columns["normal_force"])
     return _ramp_end_by_friction(distance, mu)
+
+
+def _at_rest(distance: Column) -> NDArray[np.bool_]:
+    """Return which samples were recorded while the bodies did not slide: these have the friction of none of the path.
+
+    None of a run whose distance is missing in part, or does not increase at all.
+    """
+    if not len(distance) or not np.all(np.isfinite(distance)) or not distance[-1] > distance[0]:
+        return np.zeros(len(distance), dtype=bool)
+    mean = (distance[-1] - distance[0]) / (len(distance) - 1)
+    unit = _resolution(distance)
+    span = max(_SHORTEST_REST, math.ceil(2 * unit / (_AT_REST * mean)))
+    still = (distance[span:] - distance[:-span] + unit < _AT_REST * span * mean).astype(int)
+    # Each such span begins one range of samples at rest and ends it after its last sample.
+    begun = np.zeros(len(distance) + 1, dtype=int)
+    begun[: len(still)] += still
+    begun[span + 1 : span + 1 + len(still)] -= still
+    return np.asarray(np.cumsum(begun)[:-1] > 0)
+
+
+def _resolution(distance: Column) -> float:
+    """Return by how much a distance increases at least, m, where it stays the same more often than a test is stopped.
+
+    It is then recorded in coarse digits, or in counted laps; 0 elsewhere.
+    """
+    steps = np.diff(distance)
+    stays = int(np.sum(np.diff(np.flatnonzero(steps)) > 1))
+    return float(np.min(steps[steps > 0])) if stays > _MOST_STOPS else 0.0
 
 
 def _ramp_end_by_load(distance: Column, force: Column) -> float:
