@@ -134,6 +134,7 @@ def told(reference: Member, other: Member, recipe: Recipe = TWO_STEP) -> RunVerd
     return evaluate(study, {"light": reference, other.id: other}, recipe).result.law("archard").runs[1]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize(
     ("share", "outcome", "sign"), [(1.0, "supported", 0), (0.5, "over-predicts", -1), (2.0, "under-predicts", 1)]
@@ -150,6 +151,7 @@ def test_a_run_of_the_same_k_d_supports_the_law_and_one_of_another_does_not(refe
         assert abs(found.first.e_n) < 1
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 def test_a_run_that_nobody_can_tell_from_one_of_twice_the_k_d_decides_nothing(reference):
     vague = {"scar_uncertainty": EndValue(value=150e-6, unit="m"), "depth_noise": EndValue(value=300e-6, unit="m")}

@@ -116,6 +116,7 @@ def test_earlier_run_toml_marks_tags_and_notes_are_kept_and_steps_are_dropped(am
     assert "end_values" not in {finding.where for finding in amended.findings(RUN)}
 
 
+@pytest.mark.slow
 def test_amendments_outlive_later_ones_steps_marks_and_a_rewriting(bare_run, tmp_path):
     archive = Archive(tmp_path)
     for number in range(4):
@@ -147,6 +148,7 @@ def test_the_list_knows_what_was_amended(amended):
     assert run.text("run_toml") == amended.raw(RUN).sources[0].sha256
 
 
+@pytest.mark.slow
 def test_it_is_told_wherever_a_run_is_looked_at(amended, run_cli):
     (earlier,) = amended.earlier_manifests(RUN)
     at = ["--archive", amended.folder]
@@ -191,6 +193,7 @@ def test_earlier_ones_are_rescued_beside_the_one_that_counts(amended, tmp_path):
 # --- interrupted ---
 
 
+@pytest.mark.slow
 def test_wherever_it_is_killed_there_is_the_run_as_it_was_or_as_amended(bare_run, tmp_path, monkeypatch):
     archive = Archive(tmp_path)
     first, second = (with_sources(bare_run, run=text, signals=b"1") for text in (b"a = 1", b"a = 2"))

@@ -152,6 +152,7 @@ def test_columns_in_any_order(order, numbers):
     }
 
 
+@pytest.mark.slow
 def test_cut_anywhere_it_is_right_or_refused():
     check_every_cut(READER, TRIMMED)
     for size in range(3, len(TRB3), 5):

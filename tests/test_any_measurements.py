@@ -42,6 +42,7 @@ def assert_finite_wear(run):
     assert all(finding.message for finding in check_run(run))
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(st.sampled_from(SHAPES), st.one_of(st.just(CIRCLE), STROKES), COMBINATIONS)
 def test_any_measurements_are_refused_or_give_finite_wear(shape, path, end):
@@ -52,6 +53,7 @@ def test_any_measurements_are_refused_or_give_finite_wear(shape, path, end):
     assert_finite_wear(run)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("volume", [0.005, 0.02])
 def test_a_groove_on_a_stroke_shorter_than_its_scar_is_finite(volume):
     stroke = {"stroke": "0.05 mm", "sliding_speed": "400 mm/s"}

@@ -140,6 +140,7 @@ def test_step_comes_back_whole_and_leaves_the_raw_part_as_it_was(bare_run, tmp_p
         assert file["entry/wear/pin_wear_depth"].attrs["units"] == "um"
 
 
+@pytest.mark.slow
 def test_new_result_drops_what_stood_on_the_old_one_and_an_equal_one_does_not(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))
@@ -194,6 +195,7 @@ def test_file_of_a_later_format_is_refused(bare_run, tmp_path):
         archive.raw("bare")
 
 
+@pytest.mark.slow
 def test_file_of_a_format_before_the_first_release_says_how_to_bring_it_over(short_runs, tmp_path):
     archive, path = Archive(tmp_path / "archive"), tmp_path / "archive" / "si3n4-air-200mN.h5"
     ingest(short_runs / path.stem, archive)
@@ -236,6 +238,7 @@ def test_archived_twin_disc_samples_conform_to_nexus(disc_archive, run_id):
     assert (warnings, errors) == (0, 0), printed
 
 
+@pytest.mark.slow
 def test_nexus_checker_would_find_a_fault(sample_archive, tmp_path):
     broken = tmp_path / "broken.h5"
     broken.write_bytes(sample_archive.path(SAMPLE_IDS[0]).read_bytes())
@@ -246,6 +249,7 @@ def test_nexus_checker_would_find_a_fault(sample_archive, tmp_path):
     assert warnings + errors > 0
 
 
+@pytest.mark.slow
 def test_everything_a_fit_needs_comes_from_the_file_alone(sample_archive, tmp_path, monkeypatch):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 2_000)  # as the archived fit was drawn
     from tribopipe.documents.recipe import Recipe

@@ -274,6 +274,7 @@ def test_id_taken_by_other_content_is_refused(run_cli, other_run, archive, comma
     assert tree_bytes(archive) == before
 
 
+@pytest.mark.slow
 def test_million_columns_are_refused_at_once(run_cli, sample_run, archive):
     names = ",".join(f"c{number}" for number in range(1_000_000))
     row = ",".join(["1"] * 1_000_000)
@@ -284,6 +285,7 @@ def test_million_columns_are_refused_at_once(run_cli, sample_run, archive):
     assert tree_bytes(archive) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", others_slow([["ingest"], ["process", "--no-figures"]]), ids=lambda command: command[0]
 )

@@ -56,6 +56,7 @@ def test_a_process_of_its_own_answers_in_order():
     assert [number for number, _ in as_done(squared, range(20))] == list(range(20))
 
 
+@pytest.mark.slow
 def test_answers_in_turn_wait_for_those_before_them(two):
     naps = [0.3, 0.0, 0.0, 0.1, 0.0, 0.2]
     assert [nap for nap, _ in as_done(time.sleep, naps, two)] != naps
@@ -81,6 +82,7 @@ def test_a_failure_names_its_task(crew):
     assert str(answer).startswith("run-7: found a bug in tribopipe (ValueError: ")
 
 
+@pytest.mark.slow
 def test_an_answer_that_cannot_be_sent_is_a_failure(two):
     assert isinstance(dict(as_done(open_null, [1], two))[1], InternalError)
     assert dict(as_done(squared, [1], two)) == {1: 1}
@@ -113,6 +115,7 @@ def test_workers_use_one_thread_and_leave_this_process_as_it_is(monkeypatch):
     assert os.environ["OPENBLAS_NUM_THREADS"] == "7"
 
 
+@pytest.mark.slow
 def test_tasks_of_lost_workers_are_done_by_others(two, tmp_path):
     markers = [tmp_path / f"task-{number}" for number in range(4)]
     assert {name for _, name in as_done(killed_once, markers, two)} == {"task-0", "task-1", "task-2", "task-3"}
@@ -188,6 +191,7 @@ def test_without_dask_it_is_said_how_to_install_it(monkeypatch):
         list(as_done(squared, [1], Crew(scheduler="local")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["nonsense", "tcp://10.0.0.1", "10.0.0.1:8786", ""])
 def test_what_is_no_address_is_refused(address):
     with pytest.raises(BatchError, match="expected an address such as tcp://"):

@@ -22,6 +22,7 @@ BETWEEN = "import subprocess, sys; sys.exit(subprocess.run([sys.executable, '-c'
 """Linux counts the peak of who starts a process in that of the process: a small one has to start it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("room", "rests", "code"), [(100 << 20, 30, 3), (400 << 20, 0.2, 0)])
 def test_a_process_ends_soon_after_it_took_too_much(room, rests, code):
     program = TAKES.format(room=room, rests=rests)
@@ -30,6 +31,7 @@ def test_a_process_ends_soon_after_it_took_too_much(room, rests, code):
     assert (ended.returncode, ended.stdout) == (code, "" if code else "done\n")
 
 
+@pytest.mark.slow
 def test_memory_is_counted_in_bytes():
     before = peak_memory()
     held = b"x" * (300 << 20)

@@ -182,6 +182,7 @@ def test_a_report_is_a_page_of_its_own(reader):
     assert b"<svg" in answer.body
 
 
+@pytest.mark.slow
 def test_the_revision_follows_the_archive(client, archive):
     before = client.get("api", "revision").json["revision"]
     assert client.get("api", "revision").json["revision"] == before
@@ -255,6 +256,7 @@ def test_an_odd_id_is_a_sentence(reader, name):
         assert "expected" in answer.error
 
 
+@pytest.mark.slow
 def test_a_file_of_an_odd_name_is_a_run_like_others(client, archive):
     names = ["it's", "50 % off", "µ☃", "a;b=c&d", "#1"]
     for name in names:
@@ -325,7 +327,8 @@ def disc_study(disc_archive, tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("kind", ["pin_study", pytest.param("disc_study", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["pin_study", "disc_study"])
 def test_a_study_is_a_page_with_plots(kind, request):
     archive = request.getfixturevalue(kind)
     with serving(archive) as client:

@@ -44,6 +44,7 @@ def request(client: Client, target: str) -> str:
     return f"GET {target} HTTP/1.1\r\nHost: {HOST}:{client.port}\r\nCookie: {client.site.headers['Cookie']}\r\n\r\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", ["", "GET /", "GET / HTTP/1.1\r\nHost: x\r\n"])
 def test_a_request_that_does_not_come_is_not_waited_for(client, monkeypatch, said):
     monkeypatch.setattr(server, "_REQUEST_WITHIN", 0.2)
@@ -75,6 +76,7 @@ def is_open(one: socket.socket) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_an_answer_that_nobody_takes_ends(archive, monkeypatch, lost):
     (archive / "long.h5").write_bytes(bytes(30 << 20))
     monkeypatch.setattr(server, "_TAKEN_WITHIN", 0.3)

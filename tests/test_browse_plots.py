@@ -156,6 +156,7 @@ def test_depth_is_reading_less_drift_plus_wear(run):
             assert np.allclose(1e6 * file[line["path"]][()], line["y"], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_wander_is_drawn_beside_the_corrected_wear_where_there_is_some(run, tmp_path):
     raw, archive = run.archive.raw(RUN), Archive(tmp_path)
     wave = 0.5e-6 * np.sin(12 * np.pi * raw.sliding_distance / raw.sliding_distance[-1])
@@ -383,6 +384,7 @@ def test_two_discs_have_volumes_contact_and_marks(disc_pair):
     ]
 
 
+@pytest.mark.slow
 def test_wear_is_headed_by_the_body_that_wears(further_run):
     run_id = "al2o3-reciprocating-5N"
     titles = {offer.name: offer.title for offer in run_plots(RunFile(further_run(run_id), run_id, Kept()))}
@@ -417,6 +419,7 @@ def test_runs_are_compared_on_one_axis(samples):
         assert client.get("api", "compare", "wear", runs=f"{pins[0]},nobody").status == 404
 
 
+@pytest.mark.slow
 def test_every_plot_of_every_sample_is_answered(samples):
     for run_id in samples.ids():
         run = RunFile(samples, run_id, Kept())

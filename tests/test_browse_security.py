@@ -273,6 +273,7 @@ def test_hard_links_in_circles_are_walked_as_far_as_asked(client):
     assert client.get("h5", "data", file="reaching.h5", path="/to_own").json == [0.0, 1.0, 2.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["linked", "stored", "virtual"])
 def test_a_run_that_shows_what_it_does_not_hold_is_refused(client, name):
     for tail in ((), ("plots", "depth"), ("sources", "0"), ("csv", "raw"), ("report",)):
@@ -539,6 +540,7 @@ def test_what_a_browser_is_started_with_lets_in_once(client):
     assert [client.send(once, Cookie="").status for _ in range(3)] == [303, 401, 401]
 
 
+@pytest.mark.slow
 def test_each_server_has_a_key_of_its_own(client, place):
     with serving(place) as other:
         assert other.send("/", Cookie=client.site.headers["Cookie"]).status == 401

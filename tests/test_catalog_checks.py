@@ -58,6 +58,7 @@ def test_small_archives_are_looked_at_each_time(two, looks, monkeypatch):
     assert looks == ["catalog", "files", "catalog", "files"]
 
 
+@pytest.mark.slow
 def test_whatever_is_put_into_the_folder_or_removed_is_noticed(two):
     Archive(two).mark(RUN, BAD)
     assert listed(two, "mark=bad") == [RUN]

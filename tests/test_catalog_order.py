@@ -67,6 +67,7 @@ def test_key_has_the_natural_order(names):
     assert sorted(names, key=natural_key) == sorted(names, key=natural_order)
 
 
+@pytest.mark.slow
 @given(ROWS, SORTS)
 def test_sqlite_sorts_as_python_does(rows, sort):
     catalogue = filled(Path("nowhere"), rows)
@@ -78,6 +79,7 @@ def test_sqlite_sorts_as_python_does(rows, sort):
         assert (part.total, [run.id for run in part.runs]) == (len(rows), wanted[start : start + 2])
 
 
+@pytest.mark.slow
 @given(ROWS)
 def test_a_part_of_a_selection_states_how_many_there_are(rows):
     catalogue = filled(Path("nowhere"), rows)

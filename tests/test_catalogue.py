@@ -87,6 +87,7 @@ def no_change_times(monkeypatch) -> None:
 # --- what it says ---
 
 
+@pytest.mark.slow
 def test_cells_say_what_the_results_say(sample_archive):
     catalogue = Catalogue(sample_archive.folder)
     catalogue.refresh()
@@ -138,6 +139,7 @@ def test_every_column_can_be_asked_for(sample_archive):
             assert column.kind != "number" or isinstance(run.number(name), float)
 
 
+@pytest.mark.slow
 def test_studies_and_verdicts_stand_with_the_runs(tmp_path, sample_archive):
     from tribopipe.documents.recipe import Recipe
     from tribopipe.documents.study import Study
@@ -419,6 +421,7 @@ def test_folder_that_cannot_be_written_is_listed_in_memory(two, monkeypatch, rea
     assert not (two / FILE_NAME).exists()
 
 
+@pytest.mark.slow
 def test_locked_catalogue_hangs_nobody_who_goes_back_to_it_at_the_next_look(two, monkeypatch, caplog):
     """One that browses or watches would work in memory for the rest of its life."""
     listed(two)
@@ -454,6 +457,7 @@ def test_locked_catalogue_hangs_nobody_who_goes_back_to_it_at_the_next_look(two,
     assert listed(two, "mark=bad") == [RUN]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pause", "code", "kept"), [(0.0, "FULL", 1), (60.0, "FULL", 0), (60.0, "CANTOPEN", 1)])
 def test_a_file_that_was_refused_once_is_tried_again(two, monkeypatch, pause, code, kept):
     """At once where there were too many open files for a moment; after a pause where runs may be read in vain."""
@@ -492,6 +496,7 @@ def test_archive_that_begins_later_gets_its_catalogue(two, tmp_path):
     file.close()
 
 
+@pytest.mark.slow
 def test_catalogue_is_waited_for_that_somebody_else_begins(two, monkeypatch, caplog):
     monkeypatch.setattr("tribopipe.archive.catalog.database.SILENT", 0.1)
     other = sqlite3.connect(two / FILE_NAME, isolation_level=None, check_same_thread=False)
@@ -520,6 +525,7 @@ def test_interrupted_refresh_keeps_what_was_read(two, monkeypatch, reads):
     assert len(reads) == 3
 
 
+@pytest.mark.slow
 def test_bytes_changed_at_random_change_nothing_that_is_told(two, monkeypatch):
     monkeypatch.setattr(stamps, "_SETTLED_AFTER", -(10**15))
 
@@ -537,6 +543,7 @@ def test_bytes_changed_at_random_change_nothing_that_is_told(two, monkeypatch):
         assert told() == before
 
 
+@pytest.mark.slow
 def test_threads_and_processes_refresh_at_once(two):
     code = "from tribopipe.archive.catalog.catalog import Catalogue\nfrom pathlib import Path\n"
     code += f"c = Catalogue(Path({str(two)!r}))\nc.refresh()\nprint(*[run.id for run in c.runs()])"

@@ -132,6 +132,7 @@ def test_disorder_is_no_restart(axis, fault):
     assert continuous(axis) is axis
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.lists(st.lists(st.floats(0.8, 1.25), min_size=4, max_size=30), min_size=1, max_size=6), st.floats(0, 1))
 def test_joined_axes_never_go_back_and_stay_as_they_are(parts, start):
@@ -379,6 +380,7 @@ def test_turned_load_is_a_warning_and_no_error(bare_run):
     assert "error" not in findings.values()
 
 
+@pytest.mark.slow
 def test_depth_that_counts_down_gives_the_same_wear_once_it_is_turned_over(short_runs):
     truth = read_run(short_runs / "si3n4-air-400mN")
     falling = dataclasses.replace(truth, columns={**truth.columns, "depth": -truth.columns["depth"]})
@@ -585,6 +587,7 @@ def results(archive: Archive, run_id: str) -> dict:
     }
 
 
+@pytest.mark.slow
 def test_clean_up_is_archived_beside_the_raw_run_and_can_be_taken_back(spoilt_run, tmp_path):
     folder, truth = spoilt_run
     archive, run_id = Archive(tmp_path / "archive"), truth.id

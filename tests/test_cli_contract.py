@@ -207,6 +207,7 @@ def test_folder_that_is_no_run_fails_alone(run_cli, sample_run, tmp_path):
     assert list(tree_bytes(tmp_path / "new")) == ["history.jsonl", "si3n4-air-400mN.h5"]
 
 
+@pytest.mark.slow
 def test_run_too_short_for_a_fit_is_archived_and_said_to_be(run_cli, sample_run, other_run, archive):
     edit_rows(sample_run, lambda lines: lines[:11])
     result = run_cli("process", sample_run, other_run, "--archive", archive)
@@ -405,6 +406,7 @@ def test_command_done_twice_says_unchanged(run_cli, archive, command):
     assert tree_bytes(archive) == before
 
 
+@pytest.mark.slow
 def test_another_recipe_redoes_what_depends_on_it(run_cli, archive):
     (archive.parent / "recipe.toml").write_text("[friction]\nstart = '10 m'\n", encoding="utf-8")
     steps = Archive(archive).steps("si3n4-air-200mN")
@@ -476,6 +478,7 @@ def installed(*arguments: str, **options) -> subprocess.CompletedProcess:
     return subprocess.run(arguments, capture_output=True, text=True, encoding="utf-8", **options)
 
 
+@pytest.mark.slow
 def test_installed_command_tells_its_version():
     command = shutil.which("tribopipe", path=sysconfig.get_path("scripts"))
     assert command is not None, "install tribopipe into the environment of the tests"

@@ -202,6 +202,7 @@ def test_a_shared_error_neither_hides_scatter_nor_weighs():
 # --- many seeded labs ---
 
 
+@pytest.mark.slow
 def test_scatter_between_runs_comes_back_over_many_labs():
     found = [Lab(seed, 8, scatter=0.10, own=0.04).combined().summary.scatter for seed in range(150)]
     assert np.mean(found) == pytest.approx(0.10, rel=0.2)
@@ -209,12 +210,14 @@ def test_scatter_between_runs_comes_back_over_many_labs():
     assert 0.5 / math.sqrt(14) < np.std(found) / np.mean(found) < 2 / math.sqrt(14)
 
 
+@pytest.mark.slow
 def test_no_scatter_is_found_in_half_of_the_labs_without_any():
     none = [Lab(seed, 5, scatter=0.0, own=0.04).combined().scatter == 0 for seed in range(200)]
     # Cochran's Q lies below its mean n − 1 with this probability.
     assert np.mean(none) == pytest.approx(chi2.cdf(4, 4), abs=3 * math.sqrt(0.24 / 200))
 
 
+@pytest.mark.slow
 def test_p_values_of_disagreement_are_uniform_among_runs_of_one_k_d():
     told = [Lab(seed, 5, scatter=0.0, own=0.04).combined().summary.p_value for seed in range(200)]
     for level in (0.1, 0.5, 0.9):
@@ -272,6 +275,7 @@ def test_a_run_with_half_the_k_d_is_found_among_six():
     assert [outliers(seed, 6, 0.5) for seed in range(30)] == [("run-1",)] * 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scatter", [0.0, 0.10])
 def test_sound_sets_have_no_outlier(scatter):
     found = [bool(outliers(seed, 6, 1.0, scatter)) for seed in range(200)]

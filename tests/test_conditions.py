@@ -41,6 +41,7 @@ def found_in(run: RawRun) -> dict[str, list[str]]:
 # --- several levels under one nominal value ---
 
 
+@pytest.mark.slow
 def test_a_ladder_in_one_run_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "log.csv", rtec_ladder(), normal_load="5 N", sliding_speed="0.1 m/s"))
     (told,) = found["conditions_change"]
@@ -50,6 +51,7 @@ def test_a_ladder_in_one_run_is_flagged(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_step_of_the_ladder_is_not_flagged(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(rtec_ladder())
@@ -113,6 +115,7 @@ def test_a_sound_recording_breaks_no_identity(tmp_path):
     assert not found.keys() & {"channels_disagree", "conditions_differ", "conditions_change"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
@@ -131,6 +134,7 @@ def test_stated_values_are_held_against_their_channels(tmp_path, changed, told):
     assert any(one.startswith(told) for one in found["conditions_differ"])
 
 
+@pytest.mark.slow
 def test_a_friction_force_of_another_scale_is_flagged(tmp_path):
     run = run_of(tmp_path, "a.tsv", phoenix(POLYMER), **STATED)
     run.columns["friction_force"][:] *= 0.5
@@ -184,6 +188,7 @@ def test_the_signed_channel_is_the_friction_force_of_a_reciprocating_test():
     assert "Fx changes sign with each stroke and is the friction force; Ff is unsigned and is not used" in table.notes
 
 
+@pytest.mark.slow
 def test_the_middle_of_the_strokes_is_the_friction_coefficient(tmp_path):
     run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
     cleaned = clean_run(run)
@@ -194,6 +199,7 @@ def test_the_middle_of_the_strokes_is_the_friction_coefficient(tmp_path):
     assert "conditions_differ" not in found
 
 
+@pytest.mark.slow
 def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", sliding_speed="10 mm/s"))
     (told,) = found["strokes_unused"]
@@ -203,6 +209,7 @@ def test_strokes_without_a_stated_stroke_are_flagged(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="0.1 Hz"))
     (told,) = found["strokes_differ"]
@@ -212,12 +219,14 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))
     (told,) = found["strokes_differ"]
     assert told.startswith("conditions.stroke: found 10 mm in run.toml, but column 'X' changes by 4.9")
 
 
+@pytest.mark.slow
 def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
     run = run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="5 mm", frequency="1 Hz")
     path = tmp_path / "a" / "run.toml"
@@ -236,6 +245,7 @@ def test_an_unsigned_channel_beside_a_signed_one_is_flagged(tmp_path):
 # --- three definitions of friction ---
 
 
+@pytest.mark.slow
 def test_definitions_of_friction_are_named_and_none_is_taken_by_itself(tmp_path):
     path = tmp_path / "test.xlsx"
     path.write_bytes(srv())

@@ -294,6 +294,7 @@ def test_contact_that_cannot_be_loaded_is_left_out_with_a_warning(monkeypatch, t
         forget()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("installed")
 def test_equivalent_pin_touches_and_wears_as_the_pin_on_the_drum():
     on_drum = read(drum()).contact
@@ -377,6 +378,7 @@ def test_no_kind_and_no_body_is_named_outside_the_contacts_files():
     assert sorted((name, one.value) for name, one in literals if one.value in names) == OTHER_MEANINGS
 
 
+@pytest.mark.slow
 def test_fewer_names_than_ever_are_imported_from_files_of_one_kind():
     of_one = {f"tribopipe.{name.removesuffix('.py').replace('/', '.')}" for name in CONTACT_FILES.keys() - SHARED}
     found = [

@@ -110,6 +110,7 @@ def test_ctrl_c_while_modules_are_imported():
     assert (done.returncode, done.stderr.partition(";")[0]) == (130, "interrupted")
 
 
+@pytest.mark.slow
 @posix
 def test_what_nohup_has_ignored_stays_ignored():
     code = "import time\ndef main():\n    print('begun', flush=True)\n    time.sleep(0.3)\n    print('done')\n"
@@ -157,6 +158,7 @@ def test_a_reader_of_its_own_process_ends_with_the_command(monkeypatch):
         answer_of("nexus_fields.py", SourceFile("run.h5", b""), remedy="none")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limits")
 def test_a_limit_that_is_there_already_is_no_damage():
     """A node of a cluster may allow less than a reader asks for; nobody can ask for more than that."""
@@ -217,6 +219,7 @@ def test_parts_are_not_asked_for_by_what_hides_errors_of_the_system(archive, mon
     assert [source.name for source in read.sources] == [source.name for source in whole.sources]
 
 
+@pytest.mark.slow
 def test_verify_says_nothing_else_of_a_file_that_the_system_does_not_give(run_cli, archive, monkeypatch):
     plain, calls = nexus._field, iter(range(5))
 
@@ -262,6 +265,7 @@ def store(archive) -> Archive:
     return Archive(archive)
 
 
+@pytest.mark.slow
 def test_what_a_killed_writer_left_goes_with_the_next_write_of_anything(store):
     left = [store.folder / f".{RUN}.h5.abcdefgh.part", store.folder / "studies" / ".one.h5.abcdefgh.part"]
     written = store.folder / ".written.h5.abcdefgh.part"
@@ -314,6 +318,7 @@ def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("a.png", b"old, by tribopipe")]
 
 
+@pytest.mark.slow
 def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs, monkeypatch):
     (archive / "figures").mkdir()
     monkeypatch.setattr("tribopipe.views.figure_updates.save_run_figures", no_room)
@@ -341,6 +346,7 @@ def write_file_in(folder: Path, name: str) -> Path:
     return folder / name
 
 
+@pytest.mark.slow
 def test_where_one_run_cannot_be_written_the_others_are(run_cli, archive, monkeypatch):
     plain = Archive.annotate
     shutil.copyfile(archive / f"{RUN}.h5", archive / "again.h5")

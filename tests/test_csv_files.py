@@ -37,6 +37,7 @@ def numbers(texts: list[str]) -> np.ndarray:
 # --- what is written ---
 
 
+@pytest.mark.slow
 def test_run_has_these_tables(archive):
     store = Archive(archive)
     assert csv_kinds(store, RUN) == HAS
@@ -150,6 +151,7 @@ def test_nothing_of_another_file_iscsv_of(archive, tmp_path, how):
 # --- and read back ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [RUN, "si3n4-twin-disc-4pct-100k"])
 def test_raw_columns_give_the_same_run_again(short_runs, tmp_path, run_id):
     from folders import SAMPLES

@@ -281,6 +281,7 @@ def spoiled(change: Callable[[h5py.File], None], whole: Path, folder: Path) -> P
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", others_slow(FOUND_BY_US, first=3), ids=lambda change: change.__name__)
 def test_breach_of_the_definition_is_found_by_verify(archive, tmp_path, change):
     assert breaches(spoiled(change, archive / f"{PIN}.h5", tmp_path)) != []

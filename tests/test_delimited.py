@@ -111,6 +111,7 @@ def written_tables(draw: st.DrawFn) -> Written:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=120, deadline=None)
 @given(written_tables())
 def test_written_numbers_come_back_exactly(written: Written):
@@ -413,6 +414,7 @@ def test_long_row(row):
     assert f"line {row + 2}: found 3 fields, expected 2" in refusal("Time;Depth\n" + "\n".join(lines) + "\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_bad_rows_are_found_wherever_the_table_is_divided(monkeypatch, end):
     monkeypatch.setattr(delimited, "_ROWS_AT_ONCE", 3)
@@ -459,6 +461,7 @@ def test_too_many_columns():
     assert "found 1200 columns; expected at most 1000" in refusal(content)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", [b"", b"Time;Depth\n"])
 def test_one_line_of_100_megabytes_is_refused_at_once(before):
     content = before + b"7" * 100_000_000

@@ -139,6 +139,7 @@ WARMING = np.sin(9 * WARMING_TIME) + 4 * WARMING_TIME
 """Temperature of a room, K."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("disturbance", "thermal", "settles"),
     [
@@ -298,6 +299,7 @@ def test_run_without_measurement_is_fitted_by_the_sensor_alone_and_says_so():
     assert abs(fit.first.wear_coefficient.value - truth) < 3.5 * fit.first.wear_coefficient.standard_uncertainty
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drift", "codes"), others_slow([(0.0, set()), (2e-6, {"depends_on_drift_prior"}), (-0.2e-6, set())], first=2)
 )

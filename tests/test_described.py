@@ -95,6 +95,7 @@ def test_the_example_claims_its_files_alone(made):
     assert made(LEAST).match(SourceFile("x", EXPORT)).confidence == 0.0
 
 
+@pytest.mark.slow
 def test_the_example_cut_anywhere(made):
     check_every_cut(made(PROFILE), EXPORT, from_byte=EXPORT.index(b"Zeit"))
 

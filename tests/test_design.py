@@ -89,6 +89,7 @@ def test_longer_test_slides_farther_with_as_many_samples_a_metre(wc_co):
     assert float(longer.solve(longer.values)) / wc_co.coefficient == pytest.approx(1, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recipe", [TWO_STEP], ids=["two-step"])
 def test_longer_tests_know_k_d_of_hard_metal_better_until_a_floor(recipe):
     run = posed(WC_CO, recipe)
@@ -110,6 +111,7 @@ def test_longer_tests_know_k_d_of_hard_metal_better_until_a_floor(recipe):
     assert (widths[-2] - widths[-1]) / (widths[0] - widths[1]) < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [0.3, 0.12])
 def test_distance_of_the_plan_gives_the_interval_wanted(wc_co, wanted):
     plan = design(wc_co, "archard", wanted)
@@ -119,6 +121,7 @@ def test_distance_of_the_plan_gives_the_interval_wanted(wc_co, wanted):
     assert f"one test of {plan.sliding_distance.value:,.0f} m would be sufficient" in str(plan)
 
 
+@pytest.mark.slow
 def test_sharper_wish_needs_a_longer_test_and_more_replicates(wc_co):
     plans = [design(wc_co, "archard", wanted) for wanted in (0.3, 0.2, 0.15)]
     distances = [plan.sliding_distance.value for plan in plans]
@@ -126,6 +129,7 @@ def test_sharper_wish_needs_a_longer_test_and_more_replicates(wc_co):
     assert [plan.replicates for plan in plans] == sorted({plan.replicates for plan in plans})
 
 
+@pytest.mark.slow
 def test_length_at_which_the_tip_would_be_gone_is_not_planned(si3n4):
     # Depth grows about as √s: 0.794 mm take about a thousand times the length that 23.5 µm did.
     with pytest.raises(ContactError):
@@ -164,6 +168,7 @@ def test_replicates_average_out_all_that_is_not_shared(wc_co, scatter, shared, w
     assert ("scatter between runs is unknown" in str(plan)) == (scatter is None)
 
 
+@pytest.mark.slow
 def test_replicates_by_hand(si3n4):
     parts = lines_of(si3n4)
     load = parts["normal load"]
@@ -225,6 +230,7 @@ def test_levers_share_the_variance_and_the_first_pays_most(run_id, law):
     assert f"largest contribution: {input_label(plan.levers[0].name)}, " in str(plan)
 
 
+@pytest.mark.slow
 def test_halved_lever_is_what_half_the_uncertainty_gives(si3n4):
     plan = design(si3n4, "archard", 0.01)
     (lever,) = [lever for lever in plan.levers if lever.name == "normal load"]
@@ -238,6 +244,7 @@ def test_halved_lever_is_what_half_the_uncertainty_gives(si3n4):
 # --- what is wanted ---
 
 
+@pytest.mark.slow
 def test_run_that_is_good_enough_needs_nothing_more(si3n4):
     now = design(si3n4, "archard", 0.01).half_width
     plan = design(si3n4, "archard", 1.01 * now)
@@ -255,6 +262,7 @@ def test_interval_that_is_not_above_zero_is_refused(si3n4, wanted):
         design(si3n4, "archard", wanted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("wanted", "scatter"), [(1e-6, None), (0.01, 0.1), (0.05, None), (0.5, 2.0), (1e3, 0.0)])
 def test_every_wish_gets_a_plan_that_can_be_said(wanted, scatter, si3n4):
     plan = design(si3n4, "archard", wanted, ["normal_load"], scatter)

@@ -146,6 +146,7 @@ def test_predict_without_a_place_goes_to_the_planned_end(run_cli):
     assert document["prediction"][0]["rotations"]["value"] == 250_000
 
 
+@pytest.mark.slow
 def test_predict_of_an_archived_run_takes_its_fit_to_its_end(run_cli, home):
     document = document_of(run_cli("predict", RUN, "--json", "--depth", "1 um", "--at", "250000", cwd=home))
     fit = document_of(run_cli("fit", RUN, "--json", cwd=home))["runs"][0]
@@ -160,6 +161,7 @@ def test_predict_of_an_archived_run_takes_its_fit_to_its_end(run_cli, home):
     assert reached["bodies"]["curved_disc"]["wear_depth"]["value"] == pytest.approx(1e-6, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "bigger"),
     [
@@ -257,6 +259,7 @@ def test_predict_from_one_run_onto_another(run_cli, home):
     assert tree_bytes(home) == before
 
 
+@pytest.mark.slow
 def test_predict_without_anything_goes_from_the_least_slip_to_the_others(run_cli, home):
     document = document_of(run_cli("predict", "--json", "--force", cwd=home))
     (run,) = document["runs"]
@@ -301,6 +304,7 @@ def test_processed_run_conforms_to_nexus(home):
 # --- studies ---
 
 
+@pytest.mark.slow
 def test_study_is_drafted_run_and_shown(run_cli, home):
     assert run_cli("study", "new", cwd=home).exit_code == 0
     study = load_toml(home / "study.toml", Study)
@@ -331,6 +335,7 @@ def test_a_target_without_its_per_cent_sign_is_no_target_of_500_per_cent(run_cli
     assert "--interval: found '5', which is 500 % of k_D; expected less than 100 %" in result.stderr
 
 
+@pytest.mark.slow
 def test_fit_drawn_another_way_is_another_fit(run_cli, home):
     recipe = home / "recipe.toml"
     recipe.write_text('schema = "tribopipe.recipe/1"\n[monte_carlo]\nsignificant_digits = 0\n', encoding="utf-8")

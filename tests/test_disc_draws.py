@@ -36,6 +36,7 @@ def by_itself(monkeypatch):
     return left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", CONVENTIONS)
 @pytest.mark.parametrize(("mixture", "stops"), [("volumes", "none"), ("depth and width", "one"), ("all", "two")])
 def test_draws_are_those_that_the_quadrature_finds(mixture, stops, convention, by_itself):
@@ -48,6 +49,7 @@ def test_draws_are_those_that_the_quadrature_finds(mixture, stops, convention, b
     np.testing.assert_allclose(found[::10], problem.solve(few, start, 1e-10), rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_draws_under_sarkar_s_law_are_those_that_the_quadrature_finds(by_itself):
     run = exact_run(VOLUMES, STOPS["one"], mu=0.6)
     how = recipe(friction="measured")

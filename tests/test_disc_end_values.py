@@ -47,6 +47,7 @@ def segment(depth: float) -> float:
 DEPTHS = st.floats(math.log(1e-7), math.log(3e-4)).map(math.exp)
 
 
+@pytest.mark.slow
 @given(DEPTHS, st.floats(0.05, 1.0))
 def test_volumes_give_the_height_of_the_segment_where_nothing_is_elastic(depth, share):
     around = 2 * math.pi * RADIUS * segment(depth)
@@ -198,6 +199,7 @@ def test_flat_disc_measured_at_an_interruption_only_is_not_unworn_at_the_end():
 # --- drift ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["4pct-250k", "4pct-1000k", "10pct-1000k-a", "10pct-1000k-b"])
 def test_drift_of_a_sample_run_comes_back(name):
     test = VirtualTwinDiscTest(SERIES, PLANNED[name])

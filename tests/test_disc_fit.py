@@ -153,6 +153,7 @@ def test_budget_is_what_refits_with_each_input_moved_give(mixture, convention):
     assert_budget(exact_run(MIXTURES[mixture], STOPS["one"], convention=convention), convention)
 
 
+@pytest.mark.slow
 def test_budget_holds_where_the_elastic_contact_is_most_of_the_track():
     assert_budget(exact_run(MIXTURES["all"], first=0.02 * K_1, second=0.02 * K_2))
 
@@ -192,6 +193,7 @@ def test_shares_of_the_budget_fall():
         assert shares == sorted(shares, reverse=True)
 
 
+@pytest.mark.slow
 def test_recorded_load_is_the_load():
     run = exact_run(VOLUMES)
     load = 1.05 * run.manifest.conditions.normal_load.value
@@ -217,6 +219,7 @@ def test_friction_has_a_line_in_the_budget_of_sarkar():
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_drawn_uncertainty_is_that_of_first_order_where_all_is_nearly_linear(monkeypatch, law):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 4_000)
@@ -235,6 +238,7 @@ def test_drawn_uncertainty_is_that_of_first_order_where_all_is_nearly_linear(mon
             assert drawn_end.value == pytest.approx(end.value, rel=0.02)
 
 
+@pytest.mark.slow
 def test_defaults_stand_in_for_uncertainties_that_nobody_stated_and_are_named():
     run = exact_run(VOLUMES)
     silent = with_ends(run, **{name: volume(getattr(run.manifest.end_values, name).value, None) for name in VOLUMES})
@@ -279,6 +283,7 @@ def test_intervals_hold_the_truth_in_95_percent_of_many_runs(monkeypatch):
 # --- what is said beside ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", others_slow(CONVENTIONS))
 def test_equivalents_reach_the_same_volumes(convention):
     run = exact_run(MIXTURES["volumes"], convention=convention)
@@ -299,6 +304,7 @@ def test_equivalents_of_one_sided_wear_leave_the_flat_disc_alone():
     assert [[*one.bodies] for one in fit.equivalents] == [["curved_disc"]] * 3
 
 
+@pytest.mark.slow
 def test_equivalents_of_sarkar_count_his_rotations():
     run = exact_run(VOLUMES, mu=0.5)
     fit = fit_discs(run, "sarkar", recipe=recipe(friction="measured"))
@@ -317,6 +323,7 @@ def test_p_value_of_what_just_determines_both_is_none():
     assert fit_discs(exact_run(VOLUMES), recipe=recipe()).p_value is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.5, 1.6])
 def test_inconsistent_values_are_called_so(factor):
     run = exact_run(dict.fromkeys((*VOLUMES, "curved_disc_wear_depth"), 0.05))
@@ -419,6 +426,7 @@ def test_slip_hardly_known_gives_an_interval_or_a_sentence(share):
         assert 0 < low < K_1 < high
 
 
+@pytest.mark.slow
 def test_wear_that_ran_until_the_slip_was_gone_is_not_called_none():
     """V₁ and V₂ then no longer depend on how long the discs turned, so that k_D follows from nothing."""
     run = exact_run(VOLUMES, first=1000 * K_1, second=30_000 * K_2)
@@ -440,6 +448,7 @@ def test_measurement_known_exactly_counts_as_such():
     assert line.relative == 0
 
 
+@pytest.mark.slow
 def test_same_seed_draws_the_same_and_another_does_not():
     run = exact_run(VOLUMES)
     one, same, other = (
@@ -460,6 +469,7 @@ def test_worn_flat_wider_than_the_disc_is_noted():
     assert "the contact cannot widen further" in note
 
 
+@pytest.mark.slow
 def test_worn_flat_of_half_the_crown_radius_is_noted():
     fit = fit_discs(exact_run(VOLUMES, first=2000 * K_1, second=2000 * K_2), recipe=recipe())
     assert any("more than the crown radius of " in note for note in fit.notes)

@@ -140,6 +140,7 @@ def drawn(one: Scenario, count: int) -> dict[str, np.ndarray]:
     return values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", others_slow(CONVENTIONS, first=1))
 @pytest.mark.parametrize("correlation", [-0.6, 0.9])
 def test_uncertainty_is_that_of_draws(convention, correlation):
@@ -180,6 +181,7 @@ def test_wide_uncertainty_of_k_d_stays_first_order(share):
     assert point.bodies["curved_disc"].wear_volume.standard_uncertainty == pytest.approx(float(share * slope), rel=0.05)
 
 
+@pytest.mark.slow
 def test_own_end_values_come_back_from_a_fit():
     run = exact_run({"curved_disc_wear_volume": 0.05, "flat_disc_wear_volume": 0.06})
     fit = fit_discs(run, recipe=recipe())
@@ -195,6 +197,7 @@ def test_own_end_values_come_back_from_a_fit():
 # --- the paper's steps ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", others_slow(CONVENTIONS, first=1))
 def test_published_steps_close_in_on_the_exact_scheme(convention):
     errors = []

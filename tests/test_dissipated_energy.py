@@ -35,6 +35,7 @@ def recorded(seed: int = 1, **friction: float | str) -> tuple[VirtualTest, RawRu
 SERIES_RUN = series_of().runs[0].model_dump(mode="json", exclude_none=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_energy_wear_coefficient_comes_back(seed):
     _, run = recorded(seed)

@@ -49,6 +49,7 @@ def wear_curve(distance):
     return PIN.worn(PIN.volume(WEAR_END) * distance / distance[-1]).depth
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(st.floats(-50e-6, 50e-6), st.floats(-5e-9, 5e-9))
 def test_offset_and_drift_of_a_noiseless_signal_come_back(bare_run, offset, rate):
@@ -198,6 +199,7 @@ def test_wear_before_the_first_and_after_the_last_sample_is_reckoned_with(bare_r
     np.testing.assert_allclose(corrected.wear_depth[250:-500], wear_curve(distance)[250:-500], atol=0.05e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scale", "codes"), [(1.0, set()), (5.0, {"reading_contradicts_measurement"})])
 def test_reading_of_two_discs_is_held_against_what_was_measured_on_them(scale, codes):
     run = read_run(SAMPLES / "si3n4-twin-disc-10pct-1000k-a")

@@ -55,6 +55,7 @@ def test_drift_is_small_and_corrections_bring_it_back():
     assert 0 == none < often < never < 5e-3
 
 
+@pytest.mark.slow
 def test_lost_stresses_lower_the_pressure_until_a_correction():
     """Fig. 11: less wear than the Wear-Processor's, the less often the geometry is corrected."""
     courses = {

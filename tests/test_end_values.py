@@ -157,6 +157,7 @@ def grooved(shape, half, pin_depth, x):
     return -np.asarray([profile(min(abs(place), half)) for place in x])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pin_depth", [0.0, 4e-6])
 @pytest.mark.parametrize("path", others_slow([CIRCLE, STROKE]))
 def test_every_way_of_measuring_the_disc_tells_its_depth_and_volume(path, pin_depth):
@@ -206,6 +207,7 @@ def test_cross_section_is_that_of_the_groove_under_any_pin(shape):
     assert wear.depth.value == pytest.approx(float(contact.groove_depth), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_several_profiles_tell_their_mean_and_how_far_they_scatter():
     x = np.linspace(-0.3e-3, 0.3e-3, 2001)
     shares = np.array([0.9, 1.0, 1.05, 1.1, 0.95])
@@ -454,6 +456,7 @@ def test_manual_states_the_errors_of_the_short_formulas():
 # --- the whole line ---
 
 
+@pytest.mark.slow
 def test_every_way_of_measuring_leads_to_the_same_coefficient():
     from tribopipe.physics.pin_on_disc import SphericalPin
 

@@ -145,6 +145,7 @@ def test_what_run_toml_said_before_it_was_amended_is_in_it(exported, crate, grap
         assert action["description"] == "title changed"
 
 
+@pytest.mark.slow
 def test_every_step_is_there_as_json_that_its_schema_describes(exported, crate, graph):
     old = Archive(exported / "archive")
     for name in old.step_names(RUN):
@@ -255,6 +256,7 @@ def test_names_beyond_the_vocabulary_are_defined(crate):
     assert set(context[1]) == LATER_NAMES
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("archive")
 def test_without_dataset_toml_it_is_told_what_is_lacking(tmp_path, run_cli):
     (tmp_path / "out.zip").write_bytes(b"mine")

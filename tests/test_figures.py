@@ -47,6 +47,7 @@ def labels(figure) -> set[str]:
     return {text.get_text() for legend in figure.legends for text in legend.get_texts()}
 
 
+@pytest.mark.slow
 def test_wear_figure_shows_laws_end_value_and_residuals(sample_archive):
     corrected, friction = (
         archived_correction(sample_archive, SAMPLE_IDS[0]),
@@ -77,6 +78,7 @@ def test_figures_of_a_run_without_end_value_and_friction_say_what_is_missing(sam
     assert "has no friction signal" in plot_friction(bare, fit_friction(bare)).axes[0].texts[0].get_text()
 
 
+@pytest.mark.slow
 def test_depth_figure_draws_wander_where_there_is_some(sample_archive, tmp_path):
     run = sample_archive.raw(SAMPLE_IDS[0])
     wave = 1e-6 * np.sin(12 * np.pi * run.sliding_distance / run.sliding_distance[-1])
@@ -192,6 +194,7 @@ def test_clean_up_figure_is_saved_where_something_was_changed_and_goes_with_it(s
         assert path.exists() == drawn
 
 
+@pytest.mark.slow
 def test_same_figure_gives_the_same_bytes(sample_archive, tmp_path):
     corrected = archived_correction(sample_archive, SAMPLE_IDS[0])
     for name in ("first.svg", "second.svg"):
@@ -357,6 +360,7 @@ def test_only_measured_friction_is_drawn_as_excluded(sample_archive):
     assert above.left_out is None
 
 
+@pytest.mark.slow
 def test_a_report_begins_with_a_table_of_the_results_of_each_body(further_run):
     archive = further_run("al2o3-reciprocating-5N")
     table = results_table(archive.outline("al2o3-reciprocating-5N"))

@@ -48,6 +48,7 @@ def run_toml(name: str) -> dict:
     return tomllib.loads((Path(name) / "run.toml").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_each_row_is_a_run_with_its_wear_rate(run_cli, lab):
     table(lab, *ROWS)
     made = run_cli("new", "tests.csv", "--each-row", "--template", "lab.toml", "--json")

@@ -114,6 +114,7 @@ def test_hertz_s_ellipse_on_a_finer_mesh():
     close_to_hertz_s_ellipse(discs((8, 8)), 0.01)
 
 
+@pytest.mark.slow
 def test_wear_of_the_paper_s_pin():
     surface = sphere(graded(START / 10, 0.21e-3, 0.08))
     course = wear(surface, COEFFICIENT * DISTANCES, refresh_every=20)
@@ -164,6 +165,7 @@ def test_wear_of_the_paper_s_discs_on_finer_meshes():
     assert off[2] < off[0] / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", [SMALL_PIN, discs((3, 2), 1e5)], ids=["pin", "disc"])
 def test_the_mesh_moves_with_the_worn_surface(surface):
     first = surface.places[0].reshape(-1, *[1] * (surface.gap.ndim - 1))
@@ -202,6 +204,7 @@ def test_a_contact_beyond_the_nodes_is_refused(surface):
         surface.press(np.zeros_like(surface.gap), amount=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("surface", [sphere(np.linspace(0, 2 * START, 21)), FEW_CELLS], ids=["pin", "disc"])
 def test_waves_of_wear_fade_below_the_stable_amount_and_grow_above(surface):
     """Explicit steps without the contact's conditions: p + C⁻¹·(change of wear) on the points in contact."""

@@ -64,6 +64,7 @@ def test_coefficient_of_local_wear_comes_back(locally_worn, run_id, correction, 
     assert curve.bands["wear_depth"].best[-1] == pytest.approx(fit.first.fitted_end_depth.value, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("run_id", "least", "most"),
     others_slow([(LIGHT, 0.10, 0.20), (HEAVY, 0.14, 0.24), (NITRIDE, -0.01, 0.01)], (LIGHT, 0.10, 0.20)),
@@ -84,6 +85,7 @@ def problem_of(raw: RawRun, engine: str) -> WearProblem:
     return problem
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [HEAVY, NITRIDE])
 @pytest.mark.parametrize("engine", ["giwm", "volume"])
 def test_fit_says_what_local_pressure_would_make_of_k_d(locally_worn, run_id, engine):
@@ -100,6 +102,7 @@ def test_fit_says_what_local_pressure_would_make_of_k_d(locally_worn, run_id, en
         assert stated == pytest.approx(other.value * 1e18, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("run_id", "excess"), [(LIGHT, 0.12), (HEAVY, 0.17)])
 @pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_unknown_pressure_enters_u_as_a_triangle_down_to_local_wear(locally_worn, run_id, excess, correction):
@@ -129,6 +132,7 @@ def test_reading_decides_between_the_engines_where_it_can(locally_worn):
     assert found.remedy == "use --engine local"
 
 
+@pytest.mark.slow
 def test_reading_that_excludes_local_pressure_leaves_no_doubt():
     how, (series, run) = recipe("giwm", "model"), CASES[HEAVY]
     raw = record(series, run, sensors=quiet() | SLOW, disc_wear_depth=None)
@@ -263,6 +267,7 @@ def test_study_of_flat_pins_has_nothing_to_compare():
     assert compare_engines(posed.draw(np.random.Generator(np.random.PCG64(1)), 10, {})) is None
 
 
+@pytest.mark.slow
 def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 300)
     runs = {run_id: member_of(locally_worn(*CASES[run_id], sensors=SLOW)) for run_id in (LIGHT, HEAVY)}
@@ -278,6 +283,7 @@ def test_study_by_local_wear_records_its_engine(locally_worn, monkeypatch):
     assert document["laws"][0]["runs"][0]["bodies"]["pin"]["engines"]["trusted"] == "local"
 
 
+@pytest.mark.slow
 def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted(archive):
     store, local, giwm = Archive(archive), recipe("local"), recipe("giwm")
     assert advance(store, NITRIDE, "wear_fit_archard", giwm).status == "done"
@@ -288,6 +294,7 @@ def test_fit_is_done_again_by_another_engine_and_predicted_from_as_it_was_fitted
     assert predict_archived(store, NITRIDE, NITRIDE, "archard", giwm).result.engine == "local"
 
 
+@pytest.mark.slow
 def test_command_line_fits_by_either_engine_and_refuses_to_mix_them(archive, run_cli):
     place, how = ("--archive", archive), archive.parent / "recipe.toml"
     how.write_text("[monte_carlo]\nsignificant_digits = 0\n", encoding="utf-8")

@@ -39,6 +39,7 @@ def test_parameters_of_table_2_come_back_from_noiseless_data(bare_run, load):
     assert fit.outcome == "exponential"
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @example(0.5, 0.0546875, 10.0, -1.0, 1689)  # starts at nothing, within its uncertainty below it
 @example(0.05, 0.0508, 10.0, -1.0, 11943)

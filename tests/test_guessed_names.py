@@ -344,6 +344,7 @@ def test_function_finds_what_the_law_of_the_same_formula_does(known):
     assert own.k_d.u == pytest.approx(archard.k_d.u, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_function_takes_friction(known):
     def with_junctions(s, friction):
         return np.sqrt(1 + 3 * friction**2)
@@ -439,6 +440,7 @@ def test_quantity_is_converted_and_never_taken_for_another_unit():
         K_D.to("mm")
 
 
+@pytest.mark.slow
 def test_quantities_compute_with_their_uncertainty():
     pytest.importorskip("uncertainties")
     load = tp.Quantity(value=0.2, unit="N", standard_uncertainty=0.002)
@@ -503,6 +505,7 @@ def test_copy_of_a_quantity_computes_with_its_own_value():
     assert pickle.loads(pickle.dumps(load)) == load  # noqa: S301 - of this test
 
 
+@pytest.mark.slow
 def test_reprs_are_short_and_completion_is_the_records_own(known):
     for thing in (known["run"], known["corrected"], known["fit"], known["archive"]["si3n4-air-200mN"], K_D):
         assert "\n" not in repr(thing)

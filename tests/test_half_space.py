@@ -135,6 +135,7 @@ def test_a_contact_wider_than_the_grid_is_said():
         unworn(round_pin(normal_load=LOAD, modulus=MODULUS, tip=sphere, reach=0.9 * START, cells=32))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [0.1, 10.0, 500.0])
 def test_a_sphere_wears_as_it_does_in_rings(distance):
     amount = np.array([13.5e-15 * distance])
@@ -193,6 +194,7 @@ def test_a_map_without_heights_is_said():
         measured_pin(normal_load=LOAD, modulus=MODULUS, heights=np.full((4, 4), np.nan), spacing=(1e-6, 1e-6))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "smooth"), [(0.8, True), (0.95, True), (1.2, False), (1.5, False)])
 def test_explicit_steps_are_stable_below_the_limit_only(share, smooth):
     grid = round_pin(normal_load=LOAD, modulus=MODULUS, tip=sphere, reach=2.5 * START, cells=32)

@@ -164,6 +164,7 @@ def test_loss_exchange_and_rollback_are_seen(run_cli, folder, tmp_path, name, at
     assert outcome == [True, True, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ls", [False, True])
 def test_two_runs_in_the_place_of_each_other_are_both_named(run_cli, folder, ls):
     """Though no file of the archive is lost or older."""
@@ -196,6 +197,7 @@ def test_a_read_only_run_stays_and_no_alarm_follows(run_cli, folder):
     assert errors(folder) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", [exchange, roll_back])
 def test_writing_to_an_exchanged_file_does_not_hide_it(folder, tmp_path, attack):
     older = Path(shutil.copy(folder / FILES[0], tmp_path))
@@ -276,6 +278,7 @@ def test_nothing_is_accepted_that_was_not_reported(run_cli, folder, wanted):
 # --- the whole archive ---
 
 
+@pytest.mark.slow
 def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, folder, tmp_path):
     older = shutil.copytree(folder, tmp_path / "older")
     rewrite(folder, FILES[0], "second")
@@ -295,6 +298,7 @@ def test_the_whole_archive_put_back_is_seen_by_a_hash_kept_elsewhere(run_cli, fo
 # --- put in by hand ---
 
 
+@pytest.mark.slow
 def test_a_file_put_in_by_hand_is_told_once(folder, tmp_path, bare_run):
     Archive(tmp_path / "second").add(called(bare_run, "third"))
     shutil.copy(tmp_path / "second" / "third.h5", folder)
@@ -304,6 +308,7 @@ def test_a_file_put_in_by_hand_is_told_once(folder, tmp_path, bare_run):
     assert told(folder) == wrong("third.h5")
 
 
+@pytest.mark.slow
 def test_a_file_put_in_by_hand_and_written_to_is_told_once(folder, tmp_path, bare_run):
     Archive(tmp_path / "second").add(called(bare_run, "third"))
     shutil.copy(tmp_path / "second" / "third.h5", folder)
@@ -312,6 +317,7 @@ def test_a_file_put_in_by_hand_and_written_to_is_told_once(folder, tmp_path, bar
     assert told(folder) == set()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such names")
 def test_a_file_with_a_name_that_no_run_has_hurts_nobody(folder):
     shutil.copy(folder / FILES[0], folder / "odd\n\x1b[31m:.h5")
@@ -371,6 +377,7 @@ def test_a_history_that_is_not_as_it_was_written_is_seen(folder, tamper):
         assert FILE_NAME in {one.where.partition(":")[0] for one in alarms(folder)}, place
 
 
+@pytest.mark.slow
 def test_a_removed_history_is_seen_and_the_next_write_does_not_hide_it(run_cli, folder):
     (folder / FILE_NAME).unlink()
     assert seen(run_cli, folder, FILE_NAME)
@@ -383,6 +390,7 @@ def test_a_removed_history_is_seen_and_the_next_write_does_not_hide_it(run_cli, 
     assert told(folder) == wrong(FILES[1])
 
 
+@pytest.mark.slow
 def test_an_archive_without_a_history_begins_one_once_that_is_accepted(run_cli, folder):
     (folder / FILE_NAME).unlink()
     shutil.rmtree(folder / LOCKS)
@@ -401,6 +409,7 @@ def test_an_archive_without_a_history_that_is_written_to_says_what_was_there(fol
     assert "after 3 runs and studies were archived" in finding.message
 
 
+@pytest.mark.slow
 def test_a_cut_history_is_seen_after_the_next_write(run_cli, folder):
     lines = lines_of(folder)
     (folder / FILE_NAME).write_bytes(b"".join(lines[:-2]))
@@ -410,6 +419,7 @@ def test_a_cut_history_is_seen_after_the_next_write(run_cli, folder):
     assert told(folder) == set()
 
 
+@pytest.mark.slow
 def test_what_is_accepted_of_a_history_is_that_and_no_more(run_cli, folder):
     lines = lines_of(folder)
     (folder / FILE_NAME).write_bytes(b"".join(changed(lines, 2)))
@@ -419,6 +429,7 @@ def test_what_is_accepted_of_a_history_is_that_and_no_more(run_cli, folder):
     assert told(folder) == wrong(FILE_NAME)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "content",
     others_slow(
@@ -458,6 +469,7 @@ def test_a_line_says_what_was_written_and_follows_the_one_before(folder):
         assert state.encode() in (folder / name).read_bytes()[:512]
 
 
+@pytest.mark.slow
 def test_a_history_of_which_nothing_is_left_but_the_end_is_seen(folder):
     shutil.rmtree(folder / LOCKS)
     for lines in (lines_of(folder)[1:], [b"half\n", *lines_of(folder)[1:]], [b"half\n"]):
@@ -504,6 +516,7 @@ MOMENTS = [(history, "_added"), (history, "_keep_head"), (Path, "mkdir")]
 """At which processes end, beside those at which files are put on the disk and given their name."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
     others_slow(
@@ -652,6 +665,7 @@ def test_a_batch_of_several_processes_writes_one_history(run_cli, short_runs, tm
     assert {known.unconfirmed for known in Account(tmp_path / "archive").read().files.values()} == {False}
 
 
+@pytest.mark.slow
 def test_a_write_reads_the_end_of_the_history_alone(folder, monkeypatch):
     long, head = chained((entry("done", FILES[0]) for _ in range(20_000)), Account(folder).read().head)
     with (folder / FILE_NAME).open("ab") as file:

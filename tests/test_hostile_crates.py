@@ -91,6 +91,7 @@ def test_metadata_that_are_none_are_told(tmp_path, metadata):
     assert "found " in refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [b"{}", b"[]", b'{"":0}', b'[{"a":[]}]'])
 def test_metadata_of_very_many_values_are_not_read(tmp_path, value):
     metadata = b'{"@graph":[' + b",".join([value] * 1_600_000) + b"]}"
@@ -99,6 +100,7 @@ def test_metadata_of_very_many_values_are_not_read(tmp_path, value):
     assert (tmp_path / "crate.zip").stat().st_size < 1 << 20
 
 
+@pytest.mark.slow
 def test_metadata_of_very_many_bytes_are_not_read(tmp_path):
     metadata = b'{"@graph":["' + 42_000_000 * b"a" + "\U0001f600".encode() + b'"]}'
     said = refused(packed(tmp_path / "crate.zip", {NAME: b"any"}, metadata), tmp_path)

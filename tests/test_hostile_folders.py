@@ -280,6 +280,7 @@ def match_and_read(reader, content: bytes) -> None:
         read(reader, content)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("token", [b" ", b"[", b"(a", b"1\t", b","])
 def test_a_line_that_repeats_one_sign_is_judged_at_once(token):
     line = token * (LONG // len(token))
@@ -367,6 +368,7 @@ A_BILLION = Xml(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bomb", [xlsx({"D": [["t", "w"], [FAR_AWAY]]}), ods({"D": [["t", "w"], [A_BILLION]]})])
 def test_a_small_workbook_that_declares_billions_of_cells(bomb):
     with ends_soon(), pytest.raises(ReaderError):

@@ -73,6 +73,7 @@ def quiet() -> dict:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", others_slow(CASES, first=3))
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_true_coefficient_comes_back_without_noise(run_id, law):
@@ -116,6 +117,7 @@ def test_measured_friction_serves_sarkar_s_law_as_well_as_the_fitted():
     assert measured.friction == "measured"
 
 
+@pytest.mark.slow
 def test_friction_without_an_exponential_enters_sarkar_s_law_as_measured():
     series, run = CASES["si3n4-air-200mN"]
     raw = record(series, run, sensors=quiet())
@@ -151,6 +153,7 @@ def problem_of(raw: RawRun) -> WearProblem:
     return problem
 
 
+@pytest.mark.slow
 def test_first_order_sensitivities_are_those_of_refitting():
     problem = problem_of(record(*CASES["si3n4-air-200mN"]))
     best = problem.solve(problem.values)
@@ -185,6 +188,7 @@ def test_combined_uncertainty_is_the_root_sum_of_squares_of_the_budget():
     assert fit.first.random_uncertainty.value < fit.first.wear_coefficient.standard_uncertainty
 
 
+@pytest.mark.slow
 def test_larger_end_value_uncertainty_widens_the_interval():
     series, run = CASES["si3n4-air-200mN"]
     fits = []
@@ -237,6 +241,7 @@ def test_run_without_what_the_fit_needs_says_what_it_lacks():
     assert fit_wear(correct_drift(replace(raw, columns=no_depth))).basis == "measurement"
 
 
+@pytest.mark.slow
 def test_missing_depth_samples_change_little():
     raw = record(*CASES["si3n4-air-200mN"])
     depth = raw.columns["depth"].copy()

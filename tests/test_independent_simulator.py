@@ -50,6 +50,7 @@ def test_a_disc_that_hardly_wears_hardly_changes_the_reading():
     assert np.all(np.abs(worn - plain) < 0.12e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [White(1.0), Autoregressive(1.0, 2.0), Pink(1.0), Walk(1.0)])
 def test_block_means_vary_as_their_covariance_says(noise):
     rng, blocks = np.random.default_rng(1), 8
@@ -80,6 +81,7 @@ def test_a_run_is_evaluated_as_process_does():
     assert not found.beyond(4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_bench_cases_are_read_from_their_files(case, tmp_path):
     run = CASES[case](np.random.default_rng(1))[0]

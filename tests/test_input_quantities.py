@@ -14,7 +14,7 @@ from tribopipe.results.input_quantities import input_label, shown_unit
         ("curved_modulus", "Young's modulus of the crowned disc"),
         ("depth scale", "scale of the depth sensor"),
         ("pin end value", "post-test measurement of the pin"),
-        ("drum end value", "wear depth of the drum"),
+        ("drum end value", "post-test measurement of the drum"),
         ("pin value at interruption 2", "measurement of the pin at interruption 2"),
         ("curved disc wear volume", "wear volume of the crowned disc"),
         ("flat disc track width at interruption 1", "track width of the cylindrical disc at interruption 1"),

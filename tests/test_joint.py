@@ -171,6 +171,7 @@ def test_both_corrections_agree_where_the_end_value_is_exact(run_id):
     assert alike(joint.drift_rate.value, corrected.correction.two_step_rate.value, 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", others_slow(CASES, first=2))
 def test_wrong_end_value_spoils_the_joint_fit_less(run_id):
     truth, raw = virtual(run_id)
@@ -211,6 +212,7 @@ def test_fitted_end_depth_is_that_at_the_end_of_the_run_where_depth_was_lost(run
 # --- interruptions ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [25e-9, 250e-9])
 @pytest.mark.parametrize(
     "run_id", others_slow(["si3n4-air-200mN", "wc-co-water-400mN", "wc-co-water-800mN"], "si3n4-air-200mN")
@@ -232,6 +234,7 @@ def test_each_interruption_makes_the_coefficient_more_certain(run_id, spread):
         assert abs(coefficient_error(fit.wear_coefficient, truth)) < 2.5 * relative(fit.wear_coefficient)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "codes"), others_slow([(1.0, []), (1.2, ["wear_rate_changes"]), (0.8, ["wear_rate_changes"])], first=2)
 )
@@ -283,12 +286,14 @@ RESTARTS = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @RESTARTS
 def test_sensor_that_started_anew_has_a_second_zero_offset(run_id, step):
     truth, raw = started_anew(run_id, step)
     assert_both_offsets_found(joint_fit(raw), truth, step)
 
 
+@pytest.mark.slow
 @RESTARTS
 def test_model_knows_new_starts_that_two_steps_do_not(run_id, step):
     truth, raw = started_anew(run_id, step)
@@ -307,6 +312,7 @@ def test_two_steps_that_know_no_new_start_end_in_a_fit_or_say_that_there_is_none
         assert fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER).outcome == "fitted"
 
 
+@pytest.mark.slow
 def test_correction_in_two_steps_says_that_it_does_not_know_of_a_new_start():
     runs = [started_anew("si3n4-air-400mN", 3e-6, remounted=remounted) for remounted in (True, False)]
     fits = [fit_wear(correct_drift(raw, GIWM), recipe=FIRST_ORDER) for _, raw in runs]
@@ -319,6 +325,7 @@ def test_correction_in_two_steps_says_that_it_does_not_know_of_a_new_start():
 # --- which fit is the headline ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_recipe_says_how_drift_is_corrected_for(run_id):
     _, raw = virtual(run_id)
@@ -356,6 +363,7 @@ def test_depth_of_the_wrong_sign_is_not_trusted(run_id):
 # --- Monte Carlo ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", others_slow(["archard", "sarkar"], "archard"))
 @pytest.mark.parametrize("correction", ["two-step", "model"])
 def test_monte_carlo_and_first_order_agree_where_the_model_is_nearly_linear(correction, law):
@@ -430,6 +438,7 @@ def test_draws_with_no_wear_left_have_a_coefficient_of_zero(run_id, disc):
         np.testing.assert_array_equal(found[2:], 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", [0.0, -0.25, -0.5, -1.0])
 def test_joint_coefficient_is_where_the_squares_are_least_however_low_the_end_value(end):
     truth, raw = virtual("wc-co-water-400mN")
@@ -581,6 +590,7 @@ def test_zero_offset_taken_from_little_wear_is_as_uncertain_as_repeated_runs_say
     assert np.mean([zero.standard_uncertainty for zero in found]) == pytest.approx(scatter, rel=0.3)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(st.floats(-5e-6, 5e-6), st.floats(-2e-9, 2e-9))
 def test_offset_and_drift_added_to_a_reading_are_found_and_change_nothing_else(offset, rate):

@@ -88,6 +88,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 def test_any_change_has_the_next_pass_look_again(lab, change):
     asked = [lab / "runs"], lab / "archive", lab / "recipe.toml"
@@ -162,6 +163,7 @@ def test_what_is_kept_may_be_anything(lab, content):
     assert last_pass.steps_unchanged(lab / "archive", before) == 3
 
 
+@pytest.mark.slow
 def test_so_many_passes_are_kept(lab):
     for number in range(25):
         one = last_pass.state_before([lab / f"runs{number}"], lab / "archive", None, figures=["screen"])

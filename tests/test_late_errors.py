@@ -51,6 +51,7 @@ def test_what_was_written_is_what_hdf5_writes_by_itself(tmp_path):
     assert path.read_bytes() == image.getvalue()
 
 
+@pytest.mark.slow
 def test_wherever_the_disk_is_full_the_error_is_told(tmp_path, monkeypatch):
     path = tmp_path / "run.h5"
     with monkeypatch.context() as patch, written(path, 512) as file:

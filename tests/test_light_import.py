@@ -30,6 +30,7 @@ def test_help_needs_nothing_heavy(arguments):
     assert heavy_modules_after(run) <= {"pydantic"}  # which typer itself may import
 
 
+@pytest.mark.slow
 def test_what_is_heavy_is_seen():
     assert heavy_modules_after("import tribopipe.base.units; tribopipe.base.units.parse('1 ft', 'length')") >= {
         "numpy",
@@ -37,6 +38,7 @@ def test_what_is_heavy_is_seen():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sample", others_slow(["wc-co-water-400mN", "steel-four-ball-147N", "peek-block-on-ring-50N"]))
 def test_a_run_in_ordinary_units_is_read_without_pint(sample):
     folder = Path(__file__).parents[1] / "sample_runs" / sample

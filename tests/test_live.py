@@ -237,6 +237,7 @@ def test_half_a_line_waits_for_its_other_half(sample_run):
 # What it tells
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("law", ["archard", "sarkar"])
 def test_a_finished_run_has_the_joint_fit(sample_run, law):
@@ -266,6 +267,7 @@ def test_a_finished_run_whose_ring_was_measured_has_the_true_k_d():
     assert departure(found, ring_run().manifest, state, END) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("groove", [0.5, 1.0, 3.0])
 def test_a_drift_that_no_sensor_has_may_be_wear_of_the_disc_and_the_interval_holds_k_d_of_both(groove):
     run = grooved_run(groove)
@@ -458,6 +460,7 @@ def test_once_as_json_is_one_line_in_si(run_cli, sample_run):
     assert told["alarms"] == []
 
 
+@pytest.mark.slow
 def test_alarms_make_the_exit_code_one_and_a_figure_is_kept(run_cli, sample_run, tmp_path):
     manifest = sample_run / "run.toml"
     written = manifest.read_text(encoding="utf-8").replace('value = "400 mN"', 'value = "800 mN"')
@@ -469,6 +472,7 @@ def test_alarms_make_the_exit_code_one_and_a_figure_is_kept(run_cli, sample_run,
     assert "fitted so far" in (tmp_path / "live.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_test_that_stops_short_is_told_when_it_is_still(run_cli, sample_run):
     found = run_cli("live", sample_run, "--to", "70 m", "--until-still", "0", "--every", "0.1")
     assert found.exit_code == 1

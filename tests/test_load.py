@@ -179,6 +179,7 @@ def test_friction_that_the_instrument_recorded_was_divided_by_a_load_of_its_own(
     assert fit.steady_state.standard_uncertainty < 0.01 * fit.steady_state.value
 
 
+@pytest.mark.slow
 def test_intervals_of_a_and_b_hold_the_truth_with_the_load_off():
     held, runs = np.zeros(2), 100
     for seed in range(runs):
@@ -281,6 +282,7 @@ def test_k_d_of_a_ball_under_a_ramp_is_that_of_its_depth_signal(load, scar):
     assert not [one for one in fit.findings if one.code in ("reading_settles", "curve_shape", "wear_rate_changes")]
 
 
+@pytest.mark.slow
 def test_k_d_by_a_volume_under_a_ramp_is_that_of_the_law():
     law, true = law_named("dissipated_energy"), 3e-14
     volume = true * 0.2 * float(worn_along(law, RAMP)[-1])

@@ -54,6 +54,7 @@ def test_wear_of_the_paper_s_disc(course):
     assert course.worn == pytest.approx(np.broadcast_to(course.worn[..., :1], course.worn.shape), rel=0, abs=0)
 
 
+@pytest.mark.slow
 def test_a_coarser_grid_changes_little(course):
     coarse = wear(track(cells=(40, 20)), WORN)
     assert coarse.depth[1:] == pytest.approx(course.depth[1:], rel=1e-3)
@@ -75,12 +76,14 @@ def test_a_hundredfold_load_is_a_larger_picture_of_it(usual):
     assert lighter.pressure[:, 0, 0] * 100 ** (1 / 3) == pytest.approx(usual.pressure[:, 0, 0], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_hundredfold_load_on_ten_times_the_radius_is_the_same_picture(usual):
     larger = wear(track(load=100 * LOAD, radius=10 * RADIUS, cells=COARSE), WORN)
     assert larger.worn == pytest.approx(10 * usual.worn, rel=1e-6, abs=1e-15)
     assert larger.pressure == pytest.approx(usual.pressure, rel=1e-6, abs=1e2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("distance", "ratio"), [("line-load", 1.0), ("contact-width", (4 / np.pi) ** (2 / 3))])
 def test_what_the_global_model_tends_to(distance, ratio):
     """κ = 1, or π/4 by which a wear rate π/4 times as high makes depths (π/4)^⅔ times as large."""
@@ -92,6 +95,7 @@ def test_what_the_global_model_tends_to(distance, ratio):
     assert excess[-1] < 3e-3
 
 
+@pytest.mark.slow
 def test_explicit_steps_come_to_the_same():
     surface, amount = track(2e-11, cells=(24, 12)), [5e-12, 2e-11]
     implicit = wear(surface, amount, steps_per_decade=32)
@@ -100,6 +104,7 @@ def test_explicit_steps_come_to_the_same():
     assert explicit.volume[1:] == pytest.approx(np.multiply(amount, LOAD), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "smooth"), [(0.8, True), (0.95, True), (1.2, False), (1.5, False)])
 def test_explicit_steps_are_stable_below_the_limit_only(share, smooth):
     surface = track(cells=(32, 8))

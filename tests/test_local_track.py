@@ -66,6 +66,7 @@ def test_depths_of_another_program(ratio, distance, pin, groove):
     assert found.groove_depth == pytest.approx(groove, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [0.1, 10.0, 500.0])
 def test_a_track_that_does_not_wear(distance):
     amount = COEFFICIENT * distance
@@ -88,6 +89,7 @@ def test_a_track_that_does_not_wear(distance):
     assert found.half_width == pytest.approx(found.half_length, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "distance"), [(0.1, 500.0), (10, 500.0), (300, 500.0), (3e3, 200.0)])
 def test_deep_wear_is_that_of_rigid_bodies(ratio, distance):
     found, volume = worn(ratio, distance), COEFFICIENT * distance * LOAD
@@ -102,6 +104,7 @@ START = float(hertz_radius(normal_load=LOAD, pin_radius=RADIUS, modulus=MODULUS)
 ELASTIC = ElasticSphereOnTrack(TIP, START)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("track_share", "depth"), [(0.5, 1.0), (5.0, 1.0), (50.0, 4.0), (0.02, 4.0)])
 def test_the_elastic_start_is_local_wear_within_2_percent(track_share, depth):
     pin = depth * START**2 / RADIUS / (1 + 4 / 3 * track_share)
@@ -122,6 +125,7 @@ def test_wear_starts_under_hertz_s_pressure():
     assert [unworn.half_width, unworn.half_length] == pytest.approx([START, START])
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(log_volume=st.floats(-19, -10.5), log_ratio=st.floats(-2, 6))
 def test_the_elastic_start_can_be_inverted_and_its_slopes_are_derivatives(log_volume, log_ratio):
@@ -184,6 +188,7 @@ def test_explicit_steps_end_alike_and_too_long_ones_are_rough(ratio):
     assert surface.roughness(contact) > 0.2
 
 
+@pytest.mark.slow
 def test_a_quarter_is_as_good_as_both_sides():
     found = worn(300, 1.0)
     assert np.all(found.pin[:, 1:] <= found.pin[:, :-1])

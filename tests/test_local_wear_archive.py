@@ -51,6 +51,7 @@ def test_local_wear_comes_back_whole(bare, made):
         np.testing.assert_array_equal(np.stack(back.giwm[name]), np.stack(wear))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", others_slow([pin_curves, disc_curves]), ids=["pin", "discs"])
 def test_fields_are_nexus_with_axes_and_units(bare, made):
     curves = made()

@@ -58,6 +58,7 @@ def values(point: LocalPairPoint) -> dict[str, tuple[float, float]]:
 # --- Archard's law ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("run_id", "contacts"), [(RECIPROCATING, 1), (FOUR_BALL, 3)])
 def test_each_body_loses_k_f_s_at_every_place(run_id, contacts):
     run = sample(run_id)
@@ -71,6 +72,7 @@ def test_each_body_loses_k_f_s_at_every_place(run_id, contacts):
     assert curves.result.track_wear_coefficient.value == 6e-16
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [0.1, 10.0, 500.0])
 def test_a_counterbody_that_does_not_wear_leaves_the_pin_as_rings_do(manifest, distance):
     alone, both = (worn(manifest, [distance], *known).result for known in ([K_1], [K_1, 0.0]))
@@ -87,6 +89,7 @@ def test_a_counterbody_that_does_not_wear_leaves_the_pin_as_rings_do(manifest, d
 # --- check values ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [0.1, 10, 300])
 def test_deep_wear_has_the_shape_of_rigid_bodies(manifest, ratio):
     (point,) = worn(manifest, [500.0], K_1, ratio * K_1).result.points
@@ -103,6 +106,7 @@ def test_deep_wear_has_the_shape_of_rigid_bodies(manifest, ratio):
 
 
 # µm, by another program on 128 × 128 points with 12 steps a decade; from one Hertzian approach on.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "distance", "pin", "groove"),
     [(10, 0.1, 0.3219, 0.00393), (10, 10.0, 3.2455, 0.12378), (300, 0.1, 0.2953, 0.10359), (300, 1.0, 0.8992, 0.54255)],
@@ -115,6 +119,7 @@ def test_shallow_wear_is_that_of_another_program(tmp_path, ratio, distance, pin,
     assert [1e6 * depth, 1e6 * track] == pytest.approx([pin, groove], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_hard_ball_cuts_a_deep_groove(tmp_path):
     pin = 'shape = "spherical"\nradius = "3 mm"'
     run = read_manifest(folder(tmp_path, pin=pin, load="5 N", path='track_radius = "6 mm"') / "run.toml")[0]
@@ -124,6 +129,7 @@ def test_a_hard_ball_cuts_a_deep_groove(tmp_path):
     assert found == pytest.approx([0.0145437434 * MM, 0.0607353411 * MM, 0.667837979 * MM, 0.295043963 * MM], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_flat_pin_is_crowned_by_its_groove(tmp_path):
     run = read_manifest(folder(tmp_path, pin=FLAT_PIN, load="20 N", path='track_radius = "10 mm"') / "run.toml")[0]
     (point,) = worn(run, [2000.0], 3e-15, 8e-15).result.points
@@ -134,6 +140,7 @@ def test_a_flat_pin_is_crowned_by_its_groove(tmp_path):
     assert pin.wear_volume.value == pytest.approx(3e-15 * 20 * 2000, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_uncertainty_is_that_of_the_engine_volume(manifest):
     known = {
         "pin": Quantity(value=K_1, unit="m^2/N", standard_uncertainty=0.1 * K_1),
@@ -154,6 +161,7 @@ def given_both(first: str, second: str) -> list[str]:
     return ["--wear-coefficient", f"{first}=13.5e-9 mm^2/N", "--wear-coefficient", f"{second}=135e-9 mm^2/N"]
 
 
+@pytest.mark.slow
 def test_people_read_both_bodies_and_why_the_engine_is_another(run_cli, tmp_path):
     told = run_cli("local-wear", folder(tmp_path), *given_both("disc", "pin"), "--at", "10 m", "--steps-per-decade", 4)
     assert told.exit_code == 0
@@ -164,6 +172,7 @@ def test_people_read_both_bodies_and_why_the_engine_is_another(run_cli, tmp_path
     assert "the disc wears as well as the pin, so that the contact is not axisymmetric: half-space engine" in text
 
 
+@pytest.mark.slow
 def test_both_come_back_from_the_archive_whole_and_as_nexus(bare_run, tmp_path, manifest):
     archive = Archive(tmp_path / "archive")
     archive.add(run_with(bare_run, np.arange(10.0)))
@@ -180,6 +189,7 @@ def test_both_come_back_from_the_archive_whole_and_as_nexus(bare_run, tmp_path, 
     assert (warnings, errors) == (0, 0), printed
 
 
+@pytest.mark.slow
 def test_figures_show_the_groove(manifest):
     figures = local_wear_figures(worn(manifest, [0.1, 10.0], K_1, 10 * K_1), "both")
     labels = [ax.get_ylabel() for ax in figures["local-wear"].axes]
@@ -210,6 +220,7 @@ def test_an_archived_run_wears_by_both_of_its_fitted_coefficients(tmp_path, few_
 # --- bad input ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -181,6 +181,7 @@ def test_discs_of_table_3_wear_as_deep_as_the_issue_says(run_cli, tmp_path):
     assert lengths == sorted(lengths, reverse=True)
 
 
+@pytest.mark.slow
 def test_discs_share_wear_by_their_coefficients(run_cli):
     given = ("--wear-coefficient", "4e-9 mm^3/(N*mm)", "--wear-coefficient", "2e-9 mm^3/(N*mm)")
     (run,) = runs_of(run_cli("local-wear", SAMPLES / DISCS, *given, "--at", "1e4", "--steps-per-decade", 4, "--json"))
@@ -189,6 +190,7 @@ def test_discs_share_wear_by_their_coefficients(run_cli):
     assert run["flat_disc_wear_coefficient"]["value"] == pytest.approx(2e-15)
 
 
+@pytest.mark.slow
 def test_sarkars_law_wears_more_than_archards(run_cli):
     ends = [
         runs_of(run_cli("local-wear", SAMPLES / PIN, *GIVEN, "--law", law, "--at", "100 m", "--json"))[0]["points"][0]
@@ -200,6 +202,7 @@ def test_sarkars_law_wears_more_than_archards(run_cli):
 # --- archived runs ---
 
 
+@pytest.mark.slow
 def test_archived_run_wears_by_its_own_k_d_over_its_own_course(run_cli, archive):
     (run,) = runs_of(run_cli("local-wear", PIN, "--archive", archive, "--json"))
     assert run["reference"] == PIN
@@ -212,6 +215,7 @@ def test_archived_run_wears_by_its_own_k_d_over_its_own_course(run_cli, archive)
     assert "unchanged" not in run_cli("local-wear", "--archive", archive, "--at", "20 m").stderr
 
 
+@pytest.mark.slow
 def test_show_and_ls_tell_it(run_cli, archive):
     run_cli("local-wear", "--law", "sarkar", "--archive", archive)
     shown = run_cli("show", PIN, "-v", "--archive", archive).output
@@ -247,6 +251,7 @@ def test_folder_without_k_d_says_what_to_do(run_cli):
     assert '--wear-coefficient "13.5e-9 mm^3/(N*mm)"' in told
 
 
+@pytest.mark.slow
 def test_archived_run_without_k_d_says_what_to_do(run_cli, sample_run, tmp_path):
     run_cli("ingest", sample_run, cwd=tmp_path)
     told = said(run_cli("local-wear", cwd=tmp_path))

@@ -50,6 +50,7 @@ def test_another_process_is_waited_for_and_named(tmp_path, monkeypatch):
         pass
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("holder")
 def test_a_wait_is_announced_within_two_seconds(tmp_path):
     held_up = "from pathlib import Path; import sys; from tribopipe.archive.lock import writers_lock as lock\n"
@@ -78,6 +79,7 @@ def test_names_that_differ_in_case_share_a_lock(tmp_path, monkeypatch):
         pass
 
 
+@pytest.mark.slow
 def test_locks_do_not_grow_with_the_archive(tmp_path):
     for number in range(600):
         with writers_lock(tmp_path, f"run-{number}"):
@@ -85,6 +87,7 @@ def test_locks_do_not_grow_with_the_archive(tmp_path):
     assert len(list((tmp_path / LOCKS).iterdir())) <= 256
 
 
+@pytest.mark.slow
 def test_nothing_that_many_say_at_once_is_lost(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))
@@ -101,6 +104,7 @@ def test_nothing_that_many_say_at_once_is_lost(bare_run, tmp_path):
     assert {mark.reason for mark in archive.marks("bare")} == {f"reason {number}" for number in range(8)}
 
 
+@pytest.mark.slow
 def test_a_step_made_from_what_another_has_replaced_meanwhile_is_refused(bare_run, tmp_path):
     archive = Archive(tmp_path)
     archive.add(run_with(bare_run, np.arange(10.0)))

@@ -392,6 +392,7 @@ def test_a_file_that_changes_in_place_is_not_archived(sample_run, tmp_path):
     assert archive.ids() == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_by_means")
 def test_ingesting_a_long_run_again_changes_nothing(short_runs, tmp_path):
     archive = Archive(tmp_path / "archive")
@@ -404,6 +405,7 @@ def test_ingesting_a_long_run_again_changes_nothing(short_runs, tmp_path):
 # --- files of an instrument ---
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_long")
 def test_a_long_export_is_known_by_its_beginning_and_copied_whole(short_runs, tmp_path):
     signals = short_runs / RUN / "signals.csv"
@@ -416,6 +418,7 @@ def test_a_long_export_is_known_by_its_beginning_and_copied_whole(short_runs, tm
     assert made.groups[0].rows == 1251
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_long")
 def test_long_channels_side_by_side_are_means_of_the_same_samples(sample_run, monkeypatch):
     monkeypatch.setattr(means, "MOST", 251)

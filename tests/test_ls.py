@@ -222,6 +222,7 @@ def test_factors_of_units_are_those_of_the_units():
 # --- quick ---
 
 
+@pytest.mark.slow
 def test_listing_what_is_known_imports_nothing_heavy(ls, archive):
     ls()
     code = (

@@ -239,6 +239,7 @@ def test_columns_in_any_order(order, end):
     assert np.array_equal(values(table)[:, :3], TRUTH[:, order])
 
 
+@pytest.mark.slow
 def test_cut_at_every_byte():
     for size in range(len(SMALL)):
         table = read_or_refused(READER, "run.lvm", SMALL[:size])

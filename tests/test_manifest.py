@@ -110,6 +110,7 @@ TABLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES, ids=lambda table: ".".join(map(str, table)) or "top")
 def test_unknown_key_is_refused_in_every_table(table):
     document = with_value((*table, "surprise"), "here")
@@ -310,12 +311,14 @@ def assert_taken_or_refused(record, where: str, read) -> None:
         assert record.model_validate_json(found.model_dump_json(by_alias=True)) == found
 
 
+@pytest.mark.slow
 @given(st.sampled_from(paths_in(DOCUMENT)), VALUES)
 def test_any_value_anywhere_is_taken_or_refused(path, value):
     document = with_value(path, value)
     assert_taken_or_refused(RunManifest, "where", lambda: read_document(document, RunManifest, where="where"))
 
 
+@pytest.mark.slow
 @given(st.sampled_from([path for path in paths_in(with_stop(0)) if path[0] == "interruptions"]), VALUES)
 def test_any_value_at_an_interruption_is_taken_or_refused(path, value):
     document = with_value(path, value, of=with_stop(0))
@@ -386,6 +389,7 @@ def one_of_each_kind(paths: list[Path]) -> list[Any]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", one_of_each_kind(RUNS))
 def test_committed_sample_run_is_the_simulated_one(tmp_path, path):
     again = "run `tribopipe simulate sample_runs --plan sample_runs/plan.toml`"

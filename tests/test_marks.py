@@ -77,6 +77,7 @@ def test_mark_that_says_nothing_is_refused(wrong):
 # --- the archive ---
 
 
+@pytest.mark.slow
 def test_history_is_kept_and_the_last_mark_counts(archive):
     store = Archive(archive)
     assert (store.marks(RUN), store.bad(RUN)) == ([], None)
@@ -87,6 +88,7 @@ def test_history_is_kept_and_the_last_mark_counts(archive):
     assert store.marks(RUN) == [BAD, again, GOOD, BAD]
 
 
+@pytest.mark.slow
 def test_all_else_in_the_file_stays_as_it_was(archive):
     store = Archive(archive)
     path, digest = store.path(RUN), store.raw_sha256(RUN)
@@ -272,6 +274,7 @@ def test_mark_needs_no_user(mark_bad, archive, monkeypatch, error):
     assert Archive(archive).bad(RUN).operator is None
 
 
+@pytest.mark.slow
 def test_list_shows_a_mark_only_where_there_is_one(run_cli, mark_bad, archive, sample_run):
     run_cli("ingest", sample_run, "--archive", archive)
 

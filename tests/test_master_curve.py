@@ -38,6 +38,7 @@ def one_by_one(tip, volume, area):
         return tip.worn(volume, area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("log_volume", "log_area", "flat"), [(-5.0, -6.0, 0.0), (-3.0, -4.0, 0.02)])
 def test_two_sets_of_contacts_are_those_one_by_one(log_volume, log_area, flat):
     check_one_by_one(log_volume, log_area, flat)

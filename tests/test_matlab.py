@@ -29,6 +29,7 @@ def columns(table: ReadTable) -> dict[str, list[float]]:
     return {column.name: column.values.tolist() for column in table.columns}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "variables", others_slow([recorded(), {"run": recorded()}, {"lab": {"run": {"data": recorded()}}}])
 )
@@ -38,11 +39,13 @@ def test_vectors_are_columns_wherever_they_are(variables):
     assert [column.unit for column in table.columns] == ["s", "N", "N", "um"]
 
 
+@pytest.mark.slow
 def test_rows_are_columns_too_and_integers_are_numbers():
     table = read(mat({"t": TIME[np.newaxis], "n": np.arange(N, dtype="int16")[:, np.newaxis]}))
     assert columns(table) == {"t": TIME.tolist(), "n": list(range(N))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names", others_slow([np.array(["Time", "Ft [N]"], dtype=object), np.array(["Time  ", "Ft [N]"])])
 )
@@ -54,6 +57,7 @@ def test_matrix_next_to_the_names_of_its_columns(names):
     }
 
 
+@pytest.mark.slow
 def test_numbers_and_texts_are_the_header_with_those_outside():
     content = mat({"operator": "N. N.", "run": {"info": {"load_N": 5.0, "ball_diameter_mm": 6.0}, "data": recorded()}})
     assert header_facts(read(content).header).facts == {
@@ -63,6 +67,7 @@ def test_numbers_and_texts_are_the_header_with_those_outside():
     }
 
 
+@pytest.mark.slow
 def test_unit_at_the_end_of_a_name_unless_it_may_be_an_index():
     units = {"time_s": "s", "t_s": "s", "Ft_N": "N", "dist_m": "m", "wear_um": "um", "v_mps": "m/s"}
     units |= dict.fromkeys(("F_N", "mu_s", "h_m", "F_t", "F_g", "v_max"))
@@ -70,6 +75,7 @@ def test_unit_at_the_end_of_a_name_unless_it_may_be_an_index():
     assert {column.name: column.unit for column in table.columns} == units
 
 
+@pytest.mark.slow
 def test_vectors_of_other_lengths_are_left_out_with_a_note():
     table = read(mat(recorded() | {"calibration": np.arange(7.0)}))
     assert "calibration" not in columns(table)
@@ -78,6 +84,7 @@ def test_vectors_of_other_lengths_are_left_out_with_a_note():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "left_out",
     others_slow(
@@ -96,6 +103,7 @@ def test_matrices_without_names_and_complex_vectors_are_left_out_with_a_note(lef
     assert [note for note in table.notes if "'calibration'" in note] == list(table.notes) != []
 
 
+@pytest.mark.slow
 def test_what_is_no_signal_is_left_out_without_a_note():
     """Settings, texts, names of columns and matrices with names need no note."""
     named = {"data": np.column_stack([TIME, 2 * TIME]), "names": np.array(["A", "B"], dtype=object)}
@@ -122,6 +130,7 @@ def test_structs_of_an_array_are_tests(tmp_path):
     assert 'normal_load = "10.0 N"' in loads[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "said"),
     others_slow(

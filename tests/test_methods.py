@@ -56,6 +56,7 @@ def test_method_is_archived_with_its_step(archive):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("later_method")
 def test_process_shows_the_earlier_value_and_the_new_one(run_cli, short_runs, archive):
     before = {law: k_d(archive, law) for law in ("archard", "sarkar")}
@@ -71,6 +72,7 @@ def test_process_shows_the_earlier_value_and_the_new_one(run_cli, short_runs, ar
     assert {(step["status"], step["previous"]) for step in others} == {("unchanged", None)}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("later_method")
 def test_fit_shows_the_earlier_value_too(run_cli, archive):
     earlier = k_d(archive, "archard")
@@ -80,6 +82,7 @@ def test_fit_shows_the_earlier_value_too(run_cli, archive):
     )
 
 
+@pytest.mark.slow
 def test_earlier_fit_is_shown_though_another_drift_correction_has_dropped_it(run_cli, archive):
     earlier = k_d(archive, "archard")
     (archive.parent / "recipe.toml").write_text('[wear]\ncorrection = "two-step"\n', encoding="utf-8")
@@ -99,6 +102,7 @@ def test_result_that_is_done_again_and_stays_is_not_shown(run_cli, short_runs, a
     assert "→" not in result.stderr
 
 
+@pytest.mark.slow
 def test_study_is_evaluated_again_by_a_later_method(run_cli, archive, monkeypatch):
     study = archive.parent / "study.toml"
     study.write_text(f'id = "alone"\nfit = ["{RUN}"]\nlaws = ["archard"]\n', encoding="utf-8")

@@ -107,6 +107,7 @@ def test_one_row_is_a_row(run_cli, lab):
     assert "short.csv: 1 row, " in run_cli("new", "short.csv").stderr
 
 
+@pytest.mark.slow
 def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, export, monkeypatch):
     ask = answering("50 N")
     monkeypatch.setattr("tribopipe.cli.new._somebody_to_ask", lambda: ask)
@@ -137,6 +138,7 @@ def test_one_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab, e
     assert processed.exit_code == 0, processed.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not REAL_FILES, reason="the real WINDUCOM runs are not beside this checkout")
 def test_a_real_file_and_one_answer_end_in_a_run_that_process_takes(run_cli, lab):
     made = make_run(Wanted(REAL_FILES[:1]), answering("50 N"), str)
@@ -662,6 +664,7 @@ FACTS = st.dictionaries(
 )
 
 
+@pytest.mark.slow
 @given(facts=FACTS, name=TEXTS.filter(bool), column=TEXTS.map(str.strip).filter(bool))
 @settings(max_examples=20)
 def test_whatever_headers_and_names_hold_the_manifest_parses_back_equal(facts, name, column):
@@ -769,6 +772,7 @@ def test_a_profile_among_the_files_is_left_to_the_lab(lab, export):
         make_run(Wanted([lab / "a.txt"]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [b"x [mm],z [um]\n", b"Across [mm],Up [um]\n"])
 def test_a_profile_in_a_table_is_taken_where_its_columns_can_be_told(lab, export, names):
     (lab / "a.csv").write_bytes(names + PROFILE.replace(b"\t", b","))

@@ -43,6 +43,7 @@ def run_toml(lab: Path, name: str) -> dict:
     return tomllib.loads((lab / name / "run.toml").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_thirty_runs_get_their_loads_scars_and_volumes_in_one_command(run_cli, lab):
     month(lab, 30)
     ends(lab, *(f"test_{n};{n};{400 + n},5;3;0,0{n:02};schön" for n in range(1, 31)))
@@ -128,6 +129,7 @@ def test_what_a_table_says_stays_before_a_header_that_says_otherwise(run_cli, la
     assert "found 5 N from ends.csv, line 2, but 9 N from test_1.csv" in made.stderr
 
 
+@pytest.mark.slow
 def test_a_folder_of_exports_is_a_run_each_and_all_else_is_named(run_cli, lab):
     month(lab, 4)
     exports = lab / "exports"

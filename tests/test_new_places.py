@@ -44,6 +44,7 @@ def test_on_windows_a_folder_waits_for_a_program_that_reads_in_it(tmp_path, monk
     assert refusals == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["one", "two", "three"])
 def test_where_one_folder_gets_no_name_none_is_left(tmp_path, refusals, name):
     refusals += [name] * 20

@@ -40,6 +40,7 @@ def test_small_file(end):
     assert table.notes == ()
 
 
+@pytest.mark.slow
 def test_cut_anywhere_it_is_right_or_refused():
     check_every_cut(READER, NEWPORT)
 

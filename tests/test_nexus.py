@@ -69,6 +69,7 @@ def test_facts_are_those_of_the_manifest(content):
     }
 
 
+@pytest.mark.slow
 def test_compressed_columns(tmp_path):
     time = read(archived(tmp_path, rows=1000)).columns[0]
     assert np.array_equal(time.values, np.arange(1000) * 0.5)
@@ -109,6 +110,7 @@ def external_storage(file):
     file["entry/raw"].create_dataset("depth", shape=(3,), dtype="f8", external=[("/etc/hosts", 0, 24)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change", others_slow([external_link, external_entry, soft_link, virtual, external_storage], external_link, virtual)
 )
@@ -158,6 +160,7 @@ def test_what_is_no_whole_file_is_refused(content, change):
         fields(changed(content, change))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", [shorter, no_unit, to_come])
 def test_what_is_no_whole_run_is_refused(content, change):
     with pytest.raises(ReaderError, match=r"^bare\.h5: found .*; expected a run archived by tribopipe"):

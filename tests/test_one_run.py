@@ -65,6 +65,7 @@ def test_a_cleaned_run_is_read_once_while_it_is_that_of_the_file(store):
     assert kept.cleaned("other") is not second
 
 
+@pytest.mark.slow
 def test_steps_are_shown_at_once_and_stored_together(store):
     there = store.path(RUN).read_bytes()
     kept = OneRun(store, RUN)
@@ -111,6 +112,7 @@ def test_steps_made_from_what_another_process_has_changed_are_refused_and_nothin
     assert store.path(RUN).read_bytes() == there
 
 
+@pytest.mark.slow
 def test_run_whose_file_cannot_be_written_has_failed_once(short_runs, tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise ArchiveError("no room")

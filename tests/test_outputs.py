@@ -150,6 +150,7 @@ def refused(run_cli, place, line: str, at: str, suffix: str) -> None:
     assert content(place) == before, line.format(named)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "option", others_slow(map(pytest.param, FILES), ("export runs", "output"), ("live", "figure")), ids=" ".join
 )
@@ -163,6 +164,7 @@ def test_no_file_is_written_over_or_into_an_archive_or_a_run(run_cli, place, opt
             refused(run_cli, place, f"{FILES[option]} --force", at, suffix)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "option",
     others_slow(map(pytest.param, FOLDERS), ("export csv", "output"), ("study new", "into"), ("new", "into")),
@@ -187,6 +189,7 @@ def test_same_commands_write_where_nothing_is(run_cli, place, option):
         assert (place / name).exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     others_slow(

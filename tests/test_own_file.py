@@ -50,6 +50,7 @@ def drafted(path: Path, **wanted):
 # --- ten instruments ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", others_slow(CASES, first=3), ids=lambda make: make.__name__)
 def test_new_leaves_nothing_to_be_typed(run_cli, lab, monkeypatch, make):
     case = make()
@@ -79,6 +80,7 @@ def test_two_commands_end_in_a_wear_rate_or_in_friction(run_cli, lab, monkeypatc
             assert body["wear_coefficient"]["value"] == pytest.approx(case.k_d, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_sources_that_the_page_shows_are_those_of_the_drafts(lab, monkeypatch, run_cli):
     drafts = ""
     for make in CASES:
@@ -562,6 +564,7 @@ def test_a_reciprocating_run_lacks_its_stroke(lab):
     assert made.missing == ("conditions.stroke",)
 
 
+@pytest.mark.slow
 def test_blocks_and_rings_in_a_header_tell_the_kind(lab):
     (lab / "a.csv").write_text(table("Load;5 N\nBlock width;6 mm\nRing diameter;35 mm\n\n"), encoding="utf-8")
     _, text, _ = drafted(lab / "a.csv")
@@ -591,6 +594,7 @@ def test_process_of_a_file_or_a_folder_of_exports_points_to_new(run_cli, lab):
         assert len(refused.stderr.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_a_workbook_s_list_of_settings_fills_the_run(lab):
     case = next(make() for make in CASES if make.__name__ == "workbook")
     home = written(case, lab / "user")
@@ -612,6 +616,7 @@ def srv_table(**units: str) -> ReadTable:
     return ReadTable(columns)
 
 
+@pytest.mark.slow
 def test_the_columns_of_an_srv_are_signals_and_its_friction_is_left_to_the_lab(lab):
     (lab / "a.xlsx").write_bytes(srv(60))
     export = read_export(lab / "a.xlsx")

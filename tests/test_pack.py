@@ -51,6 +51,7 @@ def test_a_flipped_byte_of_a_chunk_is_refused_by_hdf5():
             file["x"][-1]
 
 
+@pytest.mark.slow
 @given(
     st.binary(min_size=1, max_size=3000) | st.integers(1, 2000).map(bytes) | st.integers(1, 2000).map(b"\xff".__mul__)
 )

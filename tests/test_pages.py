@@ -198,6 +198,7 @@ def test_texts_come_as_the_lab_wrote_them(sample_run, tmp_path):
     assert (told["instrument"], told["operator"], told["comment"]) == (NASTY, "O<b>", "=1+1")
 
 
+@pytest.mark.slow
 def test_remarks_are_marks_tags_and_notes_in_order(archive):
     store = Archive(archive)
     store.mark(RUN, Mark(kind="bad", reason="slipped", date="2026-07-02T10:00:00+00:00", operator="anna"))

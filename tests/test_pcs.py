@@ -162,6 +162,7 @@ def test_numbers_without_names_are_refused():
         read(SMALL.replace(names, b"", 1))
 
 
+@pytest.mark.slow
 def test_cut_anywhere():
     for size in range(0, len(SMALL) - 70, 3):  # the line that closes the test has 68 bytes
         try:

@@ -97,6 +97,7 @@ def wear_fit(folder, content: bytes, end: EndValue | None, *, turned: bool = Tru
     return fit_wear(correct_drift(clean_run(run, recipe).run, recipe), "archard", None, recipe)
 
 
+@pytest.mark.slow
 def test_k_d_of_a_flat_pin_is_area_times_wear_over_load_and_distance(tmp_path):
     truth = Polymer()
     end = EndValue(value=404e-6, unit="m", standard_uncertainty=4e-6)
@@ -109,6 +110,7 @@ def test_k_d_of_a_flat_pin_is_area_times_wear_over_load_and_distance(tmp_path):
     assert [finding.code for finding in fit.findings if finding.severity != "note"] == []
 
 
+@pytest.mark.slow
 def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
     truth = Polymer()
     fit = wear_fit(tmp_path, phoenix(truth), None)
@@ -122,6 +124,7 @@ def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
 
 
+@pytest.mark.slow
 def test_a_reading_that_falls_is_refused_where_nothing_else_gives_k_d(tmp_path):
     with pytest.raises(FitError) as caught:
         wear_fit(tmp_path, phoenix(Polymer()), None, turned=False)

@@ -44,6 +44,7 @@ def test_depths_are_those_the_issue_asks_for():
     np.testing.assert_allclose(depth, np.array([0.32352, 1.03758, 3.29059, 10.42579, 23.37819]) * 1e-6, rtol=5e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "modulus", "coefficient"),
     others_slow([(0.2, SI3N4, CERAMIC), (0.8, SI3N4, CERAMIC), (0.4, WC_CO, CARBIDE), (1.6, WC_CO, CARBIDE)], first=2),

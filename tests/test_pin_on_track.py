@@ -78,6 +78,7 @@ def test_draws_are_solved_together():
     np.testing.assert_allclose(together.groove_depth, single, rtol=1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=50, deadline=None)
 @given(st.floats(-8, -4.2), st.floats(-8, -4.2), st.sampled_from([0.0, 60 * UM]))
 @example(-8.0, -4.25, 0.0)
@@ -113,6 +114,7 @@ def test_limits_are_the_cap_and_the_segment():
     assert float(ground.pin_volume) == pytest.approx(float(lost), rel=1e-10)
 
 
+@pytest.mark.slow
 @given(st.floats(-8, -3.5), st.floats(-4, -2), st.sampled_from([0.0, 1e-16]))
 def test_a_body_that_hardly_wears_leaves_the_other_one_its_own_shape(power, size, little):
     """κ → 0: the cap of a ball on a plane; κ → ∞: the segment that a ball cuts. By hand, on balls of any size."""

@@ -92,6 +92,7 @@ def text_readers() -> list[str]:
     return sorted(set(readers()) - BINARY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", text_readers())
 def test_the_numbers_of_every_column_are_found(name):
     """Without it, the tests below would hold of nothing."""

@@ -91,6 +91,7 @@ def test_points_that_were_not_measured():
     assert np.isnan(table.columns[1].values).tolist() == [False, True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [PROFILE, MAP], ids=["profile", "map"])
 def test_cut_at_every_byte(points):
     content = written(points, head="µm " * (len(points[0]) - 1) + "nm\n")

@@ -98,6 +98,7 @@ def test_steel_ball_and_soft_disc_wear_as_published(point):
     assert values(found, "h_p", "h_d", "a", "b", "section") == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_stroke_is_the_path_of_a_reciprocating_ball(point):
     """Between very soft bodies, whose groove does not even out along the stroke, as published; else as in the test."""
     ball = 'shape = "spherical"\nradius = "3 mm"'
@@ -178,6 +179,7 @@ def test_first_order_uncertainty_is_that_of_draws(manifest):
         assert float(spread[0]) == pytest.approx(float(np.std(state[name])), rel=0.08), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "share"), [("sarkar", 3 * 0.5 * 0.1 / 1.75), ("dissipated_energy", 0.2), ("archard", 0)]
 )
@@ -196,6 +198,7 @@ def test_uncertainty_of_stated_friction_is_that_of_what_it_wears(manifest, law, 
     assert math.sqrt(max(0.0, spread(0.1) ** 2 - spread(None) ** 2)) == pytest.approx(share, rel=1e-3, abs=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-3, 3), st.floats(0.5, 1000.0))
 def test_rate_is_the_slope_of_the_depth(manifest, power, place):
@@ -224,6 +227,7 @@ def local(manifest, **k):
     return wear_scenario(manifest, given_wear(manifest.described, known(**k), recipe), recipe=recipe)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pin", "disc", "body"), [(K_1, 60 * K_1, "pin"), (K_1, 0.0, "pin"), (None, 60 * K_1, "disc")])
 @pytest.mark.parametrize(
     ("engine", "depth"), others_slow([("volume", 5e-6), ("local", 5e-6), ("local", 0.1e-6)], ("volume", 5e-6))
@@ -280,6 +284,7 @@ def test_a_track_of_unknown_length_is_asked_for(manifest):
         predict_wear(scenario(unknown), [500.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pin", "disc"),
     others_slow([(K_1, 1e5 * K_1), (1e5 * K_1, 0.0), (None, 1e6 * K_1), (1e6 * K_1, 1e7 * K_1)]),
@@ -300,6 +305,7 @@ def test_a_track_shorter_than_the_contact_is_warned_of(manifest):
     assert any("never leave the contact" in note for note in found.notes)
 
 
+@pytest.mark.slow
 def test_a_coating_that_is_worn_through_is_warned_of(manifest):
     film = {"coating_thickness": Quantity(value=10e-6, unit="m")}
     disc = manifest.contact.disc.model_copy(update=film)
@@ -312,6 +318,7 @@ def test_a_coating_that_is_worn_through_is_warned_of(manifest):
     assert not any("coating" in note for note in shallow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["pin", "disc"])
 def test_the_place_at_which_a_coating_is_worn_through_is_where_the_wear_is_as_deep(manifest, body):
     film = {"coating_thickness": Quantity(value=8e-6, unit="m", standard_uncertainty=0.0)}
@@ -333,6 +340,7 @@ def elastic(prediction):
     return [note for note in prediction.notes if "elastic deformation is neglected" in note]
 
 
+@pytest.mark.slow
 def test_a_scar_as_small_as_the_elastic_contact_is_warned_of(manifest):
     # By local wear, these depths are 12 and 6 % less after 0.01 m, and 1.2 and 0.5 % after 0.15 m.
     (early,) = elastic(predict_wear(scenario(manifest), [0.01]))
@@ -347,6 +355,7 @@ def test_a_scar_as_small_as_the_elastic_contact_is_warned_of(manifest):
     assert not elastic(predict_wear(scenario(manifest.model_copy(update={"contact": contact})), [0.01]))
 
 
+@pytest.mark.slow
 def test_a_stroke_that_is_short_for_its_groove_is_warned_of(tmp_path):
     ball = 'shape = "spherical"\nradius = "3 mm"'
     short = read_manifest(folder(tmp_path, pin=ball, load="10 N", path='stroke = "10 mm"') / "run.toml")[0]
@@ -419,6 +428,7 @@ def test_a_load_far_from_that_of_k_d_is_named(newtons, note):
     assert not any("the load is" in one for one in predict_wear(scenario, [100.0]).notes)
 
 
+@pytest.mark.slow
 def test_an_impossible_prediction_names_the_run_whose_k_d_it_is(tmp_path):
     strokes = SAMPLES / "al2o3-reciprocating-5N"
     archive = Archive(tmp_path / "archive")

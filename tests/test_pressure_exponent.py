@@ -52,6 +52,7 @@ def test_few_runs_or_one_pressure_tell_nothing():
     assert pressure_exponent(longer) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("m", "scatter"), [(1.0, 0.0), (0.7, 0.1), (1.4, 0.1)])
 def test_intervals_hold_the_exponent(m, scatter):
     """Of replicates under three loads, whose k scatters, in 94 to 97 % of 1000; the band holds for 200 labs."""

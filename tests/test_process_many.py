@@ -124,6 +124,7 @@ def test_process_takes_all_cores_unless_told_otherwise_or_alone(
     assert taken == [jobs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", others_slow(["process", "ingest", "correct-drift", "fit"]))
 def test_what_is_printed_does_not_depend_on_which_worker_is_faster(
     run_cli, short_runs, quick, tmp_path, monkeypatch, command

@@ -88,6 +88,7 @@ def test_area_does_not_depend_on_how_the_profile_lies(crown, share, beside, more
     assert track.width.value == pytest.approx(2 * half * math.cos(turned), rel=0.02)
 
 
+@pytest.mark.slow
 @given(
     depth=st.floats(1e-8, 1e-4),
     half=st.floats(1e-5, 1e-3),

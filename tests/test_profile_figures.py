@@ -26,6 +26,7 @@ def drawn(profile, radius=None):
     return draw_profile(profile, examined(profile, radius), "run: key")
 
 
+@pytest.mark.slow
 def test_track_with_pile_up_and_dust():
     figure = drawn(scan(1, high=0.3e-6, grains=4, bend=3.0))
     assert [ax.get_ylabel() for ax in figure.axes] == ["height / µm", "height above unworn surface / µm"]
@@ -46,6 +47,7 @@ def test_track_with_pile_up_and_dust():
     assert faults(figure) == []
 
 
+@pytest.mark.slow
 def test_worn_ball():
     figure = drawn(Profile(X, flattened(X, BALL, SCAR)), BALL)
     assert "unworn surface, an arc" in legend(figure)
@@ -82,6 +84,7 @@ def track(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_show_a_file(run_cli, track):
     told = run_cli("show", "track.txt", "--plot", "--json", cwd=track)
     assert told.exit_code == 0
@@ -152,6 +155,7 @@ def test_show_a_ball(run_cli, track):
     assert run_cli("show", "ball.txt", "--radius", "3", cwd=track).exit_code == 1
 
 
+@pytest.mark.slow
 def test_show_a_run(run_cli, archive):
     told = run_cli("show", "si3n4-air-200mN", "--plot", "--json", "--archive", archive)
     assert told.exit_code == 0

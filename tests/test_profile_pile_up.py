@@ -76,6 +76,7 @@ def check(case, seeds):
     assert {track.form for track in tracks} == {"parabola" if options.get("bend") else "line"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", others_slow(CASES, "pile-up, correlated noise", "everything"))
 def test_areas_lie_within_their_uncertainty(case):
     check(case, 12)
@@ -130,6 +131,7 @@ def test_without_noise_areas_are_exact(high, bend):
     assert track.pile_up.value == pytest.approx(piled_up(high), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_parabola_only_where_the_shoulders_show_it():
     forms = {bend: [worn_area(scan(seed, bend=bend), None).form for seed in range(8)] for bend in (0.0, 1e-3, 0.05)}
     assert forms[0.0] == forms[1e-3] == ["line"] * 8
@@ -152,6 +154,7 @@ def ball(seed, turned=0.0, length=0.0, grains=0, noise=50e-9) -> Profile:
     return Profile(X, with_dust(rng, z + noise * random, grains))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", others_slow([{}, {"turned": 0.05}, {"length": 5.0}, {"grains": 4}]), ids=str)
 def test_flat_on_a_ball(options):
     tracks = [worn_area(ball(seed, **options), BALL) for seed in range(15)]
@@ -287,6 +290,7 @@ def check_shape(shape, noise, length, seeds, least=0.9):
     return tracks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", others_slow([*SHAPES, None], "cap", "V", None))
 def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
     check_shape(shape, 0.02, 0.0, 10)
@@ -300,6 +304,7 @@ def test_grooves_of_any_shape_over_many_seeds(shape, noise, length):
     check_shape(shape, noise, length, 100, least=0.87)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "depth", "width"),
     [("cap", 0.005, 0.005), ("flat over a quarter", 0.01, 0.005), ("nearly a box", 0.005, 0.005), ("V", 0.02, 0.06)],

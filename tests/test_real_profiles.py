@@ -72,6 +72,7 @@ def test_no_other_reader_of_profiles_claims_it(name):
     assert claimed == [FILES[name][0]]
 
 
+@pytest.mark.slow
 def test_no_reader_of_profiles_claims_signals():
     folders = [path for path in REAL_DATA.glob("*") if path.is_dir() and not path.name.startswith("profil-")]
     files = [path for folder in folders for path in folder.rglob("*") if path.is_file()]

@@ -70,6 +70,7 @@ def test_detected_and_read_as_the_notes_say(name):
         )
 
 
+@pytest.mark.slow
 def test_winducom_runs_have_their_rows():
     tables = [read(path, "ducom-winducom") for path in series("winducom-dwf-al10cu")]
     assert sorted(len(table.columns[0].values) for table in tables) == [427] * 10 + [460] * 2

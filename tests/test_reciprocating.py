@@ -83,6 +83,7 @@ def strokes(count: int, ratio: float, stroke: float, radius: float) -> tuple[flo
     return float(ball[200]), groove
 
 
+@pytest.mark.slow
 def test_depths_in_the_middle_are_those_of_strokes_counted_one_by_one():
     ratio, stroke, radius = 60.0, 0.02, 3e-3
     ball, groove = strokes(4000, ratio, stroke, radius)

@@ -39,6 +39,7 @@ def studied(fit, predict=(), **more):
     return evaluate(study, members, QUICK)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
 def test_one_run_has_the_k_d_of_its_own_fit(measured):
     one = member("one", measured=measured)
@@ -51,6 +52,7 @@ def test_one_run_has_the_k_d_of_its_own_fit(measured):
     assert law.correlation == pytest.approx(alone.correlation, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
 def test_both_k_d_are_found_and_predict_a_run_of_both(measured):
     fit = [member("a" * n, measured=measured) for n in (1, 2, 3)]
@@ -65,6 +67,7 @@ def test_both_k_d_are_found_and_predict_a_run_of_both(measured):
     assert len(plot_study_wear(evaluation.result, "archard", evaluation.curves).axes) >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["pin", "disc"])
 def test_a_law_is_rejected_for_the_body_it_fails_for(body):
     changed = Truth(K_BALL * 3, K_DISC) if body == "pin" else Truth(K_BALL, K_DISC * 3)
@@ -82,12 +85,14 @@ def test_what_both_bodies_depend_on_is_drawn_once():
     assert np.std(drawn.pin.values["normal_load"]) > 0.5 * RELATIVE["load"] * np.mean(drawn.pin.values["normal_load"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measured", [("scar",), ("groove",), ("scar", "groove")])
 def test_a_plan_tells_of_both(measured):
     plans = designs(posed(member("one", measured=measured), "archard", QUICK), "archard", 0.05)
     assert [plan.of for plan in plans] == ["k_D of the pin", "k_D of the disc"]
 
 
+@pytest.mark.slow
 def test_bodies_that_one_run_did_not_measure_are_left_to_the_others():
     both, pin = member("both"), member("pin", Truth(K_BALL, 0.0), measured=("scar",))
     assert list(studied([both, pin]).result.laws[0].bodies) == ["pin"]

@@ -45,6 +45,7 @@ def test_a_run_that_is_not_there_is_refused(sample_archive):
         References(sample_archive, ["archard"]).lightest("another", "archard")
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_told_and_its_neighbour_is_processed(archive, sample_run):
     store = Archive(archive)
     (damaged,) = store.ids()

@@ -177,6 +177,7 @@ def test_plugin_that_crashes_while_judging_is_passed_over(installed):
         assert registry.detect(SourceFile("a.csv", WINDUCOM)).name == "ducom-winducom"
 
 
+@pytest.mark.slow
 def test_importing_the_registry_loads_neither_readers_nor_pandas():
     code = "import sys, tribopipe.readers.reader, tribopipe.readers.delimited; print('pandas' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

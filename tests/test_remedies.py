@@ -53,6 +53,7 @@ def remedies(run: RawRun) -> list[str]:
     return [*found, *(finding.remedy for finding in fit.findings)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [10e-6, -10e-6])
 @pytest.mark.parametrize("name", CONTACTS)
 def test_keys_of_remedies_are_accepted(name, depth):

@@ -159,6 +159,7 @@ def test_studies_of_a_run_are_found_in_the_catalog(listed, server):
     assert fetched(server) == [FILE_NAME]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_blocks")
 def test_large_run_is_read_in_blocks(server, listed):
     away, here = Archive(server.address), Archive(listed)
@@ -191,6 +192,7 @@ def test_other_storage(listed):
 # --- nothing is written ---
 
 
+@pytest.mark.slow
 def test_nothing_is_written_and_the_temporary_folder_goes(server, listed, tmp_path):
     (scratch := tmp_path / "scratch").mkdir()
     before, times = tree_bytes(listed), {path: path.stat().st_mtime_ns for path in listed.rglob("*")}
@@ -341,6 +343,7 @@ def test_damage_of_a_run_in_blocks_is_one_sentence(run_cli, server, listed, spoi
     assert f"{server.address}/{FILE}: {said}" in sentence(run_cli("show", RUN, "--archive", server.address))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_blocks")
 @pytest.mark.parametrize(
     ("change", "said"),
@@ -397,6 +400,7 @@ def test_missing_packages_are_named(run_cli, monkeypatch, package, address):
 # --- local archives ---
 
 
+@pytest.mark.slow
 def test_local_archive_needs_no_package_of_the_extra(listed):
     code = (
         f"import sys; from tribopipe.archive.store import Archive; a = Archive({str(listed)!r}); a.raw(a.ids()[0]); "

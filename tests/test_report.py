@@ -214,6 +214,7 @@ def quantities(node) -> list[dict]:
     return [one for part in node for one in quantities(part)] if isinstance(node, list | tuple) else []
 
 
+@pytest.mark.slow
 def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html, run_cli):
     known = known_uncertainties(studied) | {initial_friction(studied, run_id) for run_id in (LIGHT, AGAIN)}
     text = study_html.text
@@ -229,6 +230,7 @@ def test_what_follows_a_plus_minus_is_a_standard_uncertainty(studied, study_html
     assert others == {name: set() for name in pages}
 
 
+@pytest.mark.slow
 def test_what_follows_a_plus_minus_in_tables_is_a_standard_uncertainty(studied, run_cli, capsys):
     records = [studied.study("air").result, *(studied.outline(run_id).manifest for run_id in studied.ids())]
     records += [step.result for run_id in studied.ids() for step in studied.steps(run_id).values()]
@@ -313,6 +315,7 @@ def test_a_run_taken_out_of_the_archive_is_named(studied, tmp_path):
 # --- runs ---
 
 
+@pytest.mark.slow
 def test_run_report_says_what_each_step_found(studied):
     page = Page(run_report(studied, [LIGHT]))
     assert_inert(page)
@@ -333,6 +336,7 @@ def test_report_of_several_runs_has_each_in_its_contents(studied):
     assert re.findall(r"Run (\S+)", contents.text) == [LIGHT, NO_END]
 
 
+@pytest.mark.slow
 def test_run_without_a_fit_says_what_it_lacks(studied):
     in_two_steps = QUICK.model_copy(update={"wear": WearRecipe(correction="two-step")})
     advance(studied, NO_END, "wear_fit_archard", in_two_steps)
@@ -344,6 +348,7 @@ def test_run_without_a_fit_says_what_it_lacks(studied):
     assert "(Eq. 3)" not in page.text
 
 
+@pytest.mark.slow
 def test_run_report_counts_findings_and_calls_a_warning_a_warning(studied):
     advance(studied, NO_END, "wear_fit_archard", QUICK)
     found = [finding.severity for finding in run_page(studied, NO_END).findings]
@@ -390,6 +395,7 @@ def test_two_discs_have_their_own_items_and_equations(disc_pair):
     assert "(Eq. 11)" not in page.text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "si3n4-twin-disc-4pct-100k"])
 def test_every_missing_item_names_a_key_that_run_toml_has(run_id, tmp_path):
     manifest, _ = read_manifest(SAMPLES / run_id / "run.toml")

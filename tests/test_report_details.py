@@ -115,6 +115,7 @@ def test_what_is_wrong_is_named(tmp_path, wrong, told):
 # --- what is shown ---
 
 
+@pytest.mark.slow
 def test_a_report_states_all_particulars_of_iso_17025(tested, files):
     details, logo, kind = read_details(files)
     page = report(tested, details=details, logo=logo, logo_type=kind)
@@ -131,6 +132,7 @@ def test_a_report_states_all_particulars_of_iso_17025(tested, files):
     assert "TR-2026\\2f 014" in page.all("style")[0].text  # on every printed page
 
 
+@pytest.mark.slow
 def test_what_is_missing_is_named_with_its_key(tested):
     page = report(tested, details=ReportDetails(schema="tribopipe.report/1"))
     keys = [code.text for missing in page.all("span", "p") if "missing" in missing.classes for code in missing.children]
@@ -159,6 +161,7 @@ def test_a_customer_gets_no_advice_to_the_laboratory(tested, files, tmp_path):
     assert "missing" not in sparse.text
 
 
+@pytest.mark.slow
 def test_without_details_a_report_has_none_of_it(tested):
     page = report(tested)
     assert "Authorization" not in page.text
@@ -166,6 +169,7 @@ def test_without_details_a_report_has_none_of_it(tested):
     assert not {element.tag for element in page.elements} & LOADING
 
 
+@pytest.mark.slow
 def test_what_a_lab_writes_stays_text(tested):
     details = ReportDetails(
         schema="tribopipe.report/1",
@@ -222,6 +226,7 @@ def test_a_report_states_in_which_way_a_standard_was_followed(tested):
 # --- files ---
 
 
+@pytest.mark.slow
 def test_the_command_writes_what_is_asked_for(tested, files, run_cli, tmp_path):
     words = ["report", RUN, "--archive", tested.folder, "--details", files[0], "--details", files[1]]
     result = run_cli(*words, "--customer", "--standard", "g133", "-o", tmp_path / "out.html")
@@ -231,6 +236,7 @@ def test_the_command_writes_what_is_asked_for(tested, files, run_cli, tmp_path):
     assert "Reporting items customary under ASTM G133" in text
 
 
+@pytest.mark.slow
 def test_without_a_browser_the_way_out_is_said(tested, run_cli, tmp_path, monkeypatch):
     monkeypatch.setattr(rendering, "_browsers", lambda: iter(()))
     result = run_cli("report", RUN, "--archive", tested.folder, "-o", tmp_path / "out.pdf")

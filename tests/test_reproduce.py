@@ -152,6 +152,7 @@ def test_every_step_comes_out_the_same_bit_for_bit_by_its_own_options(done, run_
     assert tree_bytes(done.folder) == before
 
 
+@pytest.mark.slow
 def test_study_and_its_predictions_come_out_the_same_bit_for_bit(studied):
     (step,) = reproduce_study(studied, "air").steps
     assert (step.name, step.outcome) == ("study", "identical")
@@ -181,6 +182,7 @@ def test_run_with_files_in_folders_is_read_again(runs, tmp_path):
 # --- what is not the same ---
 
 
+@pytest.mark.slow
 def test_changed_result_is_found_with_its_name(done):
     edit_result(done, LIGHT, "wear_fit_sarkar", "sensor", "drift_rate", "value", factor=1 + 1e-6)
     step = only(reproduce(done, LIGHT), "wear_fit_sarkar")
@@ -190,6 +192,7 @@ def test_changed_result_is_found_with_its_name(done):
     assert difference.then == pytest.approx(difference.now * (1 + 1e-6), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_rounding_may_do_counts_as_the_same(done):
     edit_result(done, HEAVY, "prediction_sarkar", "bodies", "pin", "wear_coefficient", "value", factor=1 + 1e-12)
     found = reproduce(done, HEAVY)
@@ -197,6 +200,7 @@ def test_what_rounding_may_do_counts_as_the_same(done):
     assert found.outcome == outcomes(found)["prediction_sarkar"] == "within 1e-9"
 
 
+@pytest.mark.slow
 def test_changed_arrays_are_found_with_their_elements(done):
     with edited(done.path(LIGHT)) as file:
         for part in ("raw/friction_force", "drift_correction/data/wear_depth", "local_wear_sarkar/course/depth"):
@@ -212,6 +216,7 @@ def test_changed_arrays_are_found_with_their_elements(done):
         assert steps[name].differences[0].relative == pytest.approx(1e-3, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_changed_source_file_is_found(done):
     with edited(done.path(LIGHT)) as file:
         kept = file["entry/source_files/file_1/data"]
@@ -221,6 +226,7 @@ def test_changed_source_file_is_found(done):
     assert only(reproduce(done, LIGHT), "raw").outcome == "different"
 
 
+@pytest.mark.slow
 def test_changed_study_is_found(studied):
     with edited(studied.study_folder / "air.h5") as file:
         file["entry/curve_001/predicted"][3] *= 1.01
@@ -228,6 +234,7 @@ def test_changed_study_is_found(studied):
     assert only(found, "study").differences[0].where == "curves[1].predicted[3]"
 
 
+@pytest.mark.slow
 def test_versions_that_were_others_are_told(done):
     with edited(done.path(DISC)) as file:
         kept = file["entry/friction_fit/environment/data"]
@@ -261,6 +268,7 @@ def test_prediction_from_a_run_that_is_gone_is_not_compared(done):
     assert LIGHT in why(reproduce(done, HEAVY), "prediction_sarkar")
 
 
+@pytest.mark.slow
 def test_step_on_another_base_than_the_archive_holds_is_not_compared(done):
     with edited(done.path(LIGHT)) as file:
         kept = file["entry/friction_fit/fingerprints/result_sha256"]
@@ -273,6 +281,7 @@ def test_step_on_another_base_than_the_archive_holds_is_not_compared(done):
     assert "computed from friction fit that" in found.steps[-1].why
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"local_wear": {"engine": "none such"}, "at": []}, {"local_wear": 3, "at": 4}])
 def test_options_that_tell_nothing_are_refused_in_one_sentence(done, options):
     with edited(done.path(HEAVY)) as file:
@@ -293,6 +302,7 @@ def test_study_of_which_a_run_is_gone_or_another_is_not_compared(studied):
     assert HEAVY in why(reproduce_study(studied, "air"), "study")
 
 
+@pytest.mark.slow
 def test_source_file_outside_of_the_run_folder_is_not_written(done, tmp_path):
     with edited(done.path(LIGHT)) as file:
         file["entry/source_files/file_1/file_name"][()] = "../../escaped.csv"
@@ -300,6 +310,7 @@ def test_source_file_outside_of_the_run_folder_is_not_written(done, tmp_path):
     assert list(tmp_path.rglob("escaped.csv")) == []
 
 
+@pytest.mark.slow
 def test_step_that_cannot_be_computed_is_told_and_the_others_are_compared(done, monkeypatch):
     monkeypatch.setattr("tribopipe.base.failures._kept", lambda _: "")
     with edited(done.path(LIGHT)) as file:
@@ -393,6 +404,7 @@ def test_command_tells_people_and_programs(done, run_cli):
     assert [one["where"] for one in step["differences"]] == ["result.mean.value"]
 
 
+@pytest.mark.slow
 def test_one_unreadable_run_does_not_stop_the_others(done, run_cli):
     done.path(HEAVY).write_bytes(b"no HDF5")
     finished = run_cli("reproduce", DISC, HEAVY, "--archive", done.folder, "--json")

@@ -72,6 +72,7 @@ def assert_as_recorded(folder: Path, recorded: Path, names=SOURCES) -> None:
 # --- what is saved ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [
@@ -91,6 +92,7 @@ def test_sources_come_out_as_they_went_in(damaged, short_runs, tmp_path, damage)
     assert damaged.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_run_rescued_is_the_run_that_was_archived(damaged, tmp_path):
     sha256 = Archive(damaged.parent).raw_sha256(RUN)
     cut(damaged, 0.9)
@@ -125,6 +127,7 @@ def test_source_that_is_not_what_its_checksum_says_is_damaged(damaged, tmp_path)
     assert rescue(damaged, tmp_path / "saved").damaged == ("run.toml",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_whatever_is_saved_is_what_it_was(damaged, short_runs, tmp_path, seed):
     chance = random.Random(seed)  # noqa: S311
@@ -207,6 +210,7 @@ def test_missing_file_and_full_disk_are_sentences(damaged, tmp_path, monkeypatch
     assert list((tmp_path / "saved").iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["../run.toml", "RUN.TOML"])
 def test_name_that_leads_out_or_is_taken_is_not_written(damaged, tmp_path, name):
     with edited(damaged) as file:

@@ -128,6 +128,7 @@ def test_decimal_commas_between_semicolons():
     assert np.array_equal(values(table), TRUTH)
 
 
+@pytest.mark.slow
 def test_cut_at_every_byte():
     for size in range(len(SMALL)):
         table = read_or_refused(READER, "LOG.csv", SMALL[:size])

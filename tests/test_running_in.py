@@ -100,6 +100,7 @@ def test_wear_of_discs_is_as_uncertain_as_the_parameters_of_their_law():
     np.testing.assert_allclose(spread, (high - low) / 2, rtol=0.05)
 
 
+@pytest.mark.slow
 def test_parameter_that_is_found_at_nothing_is_held_there_and_leaves_k_d_to_archard(monkeypatch):
     slow_at_first = replace(laws.law_named("running_in"), excess=-0.5, length=LENGTH)
     monkeypatch.setattr("tribopipe.extras.simulate.instrument.true_law", lambda _: slow_at_first)

@@ -78,6 +78,7 @@ def test_k_d_of_both_bodies_comes_back_in_every_further_contact(further_run, run
     assert [one.code for one in further_run(run_id).findings(run_id) if one.severity != "note"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", others_slow(FURTHER_IDS))
 def test_fitted_curve_of_every_further_contact_is_that_of_its_model(further_run, run_id):
     run, fit = (

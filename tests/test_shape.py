@@ -109,6 +109,7 @@ def test_residuals_of_sound_runs_are_as_large_as_their_noise(sound):
     assert np.mean(reduced) == pytest.approx(1, abs=4 * math.sqrt(2 / (37 * len(sound))))
 
 
+@pytest.mark.slow
 def test_residuals_hold_nothing_that_k_d_offset_or_drift_explain():
     for shape in (sound_shape(seed) for seed in range(6)):
         distance = shape.problem.distance
@@ -116,6 +117,7 @@ def test_residuals_hold_nothing_that_k_d_offset_or_drift_explain():
             assert np.linalg.norm(shape.left_of(column)) < 1e-8 * np.linalg.norm(column * shape.root)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [LIGHT, CARBIDE])
 def test_offset_and_drift_are_no_trend_and_no_change(run_id):
     raw = seeded(run_id, 11)
@@ -131,6 +133,7 @@ def test_offset_and_drift_are_no_trend_and_no_change(run_id):
 # --- departures from the law ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [LIGHT, HEAVY, CARBIDE])
 def test_a_smooth_bump_is_a_trend(run_id):
     raw = seeded(run_id, 12)
@@ -151,6 +154,7 @@ def test_amplitude_is_that_of_what_wear_offset_and_drift_leave_of_a_trend():
     assert found.unit == "m"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run_id", [LIGHT, HEAVY])
 @pytest.mark.parametrize(("ratio", "at"), [(0.5, 0.5), (0.5, 0.3), (2.0, 0.4)])
 def test_a_change_of_k_d_is_found_where_it_was_made(run_id, ratio, at):
@@ -228,6 +232,7 @@ def run_in(seed: int) -> RawRun:
     return record(changed, run, seed=seed, sensors=SLOW)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", others_slow(["archard", "sarkar"], "sarkar"))
 def test_no_law_is_preferred_where_wear_is_slight(truth):
     found = [comparison(seeded(CARBIDE, seed, truth)) for seed in (41, 42, 43)]

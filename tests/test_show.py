@@ -88,6 +88,7 @@ def test_terminal_has_bold_headings_and_wrapped_lines(archive, terminal, capsys)
     assert len(title) <= 60
 
 
+@pytest.mark.slow
 def test_findings_and_remarks_are_told(archive, capsys):
     store = Archive(archive)
     store.mark(RUN, Mark(kind="bad", reason="slipped", date=DATE, operator="anna"))

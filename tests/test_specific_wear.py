@@ -188,6 +188,7 @@ def test_slip_distance_is_as_uncertain_as_slip_and_rolling_radius(disc_pair):
     assert rate.standard_uncertainty == pytest.approx(together * rate.value, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_result_is_archived_and_done_once(sample_run, tmp_path, run_cli):
     store = Archive(tmp_path / "archive")
     run_id = ingest(sample_run, store).run_id
@@ -223,6 +224,7 @@ def test_rate_of_a_simulated_run_is_its_true_coefficient(short_runs):
     assert abs(found.value - truth["wear_coefficient"]["value"]) < 3 * found.standard_uncertainty
 
 
+@pytest.mark.slow
 def test_simulated_run_tells_the_same_coefficient_by_every_end_value(sample_run):
     truth = json.loads((sample_run / "truth.json").read_text(encoding="ascii"))
     depth, k = truth["end_pin_wear_depth"]["value"], truth["wear_coefficient"]["value"]

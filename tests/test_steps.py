@@ -51,6 +51,7 @@ def with_radius(folder: Path, radius: float) -> None:
     path.write_text(text.replace('# sliding_speed = "Rotary', 'sliding_speed = "Rotary'), encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cumulative", others_slow([False, True]), ids=["time begins again", "time goes on"])
 def test_steps_of_a_ladder_are_runs_of_their_true_distances(lab, cumulative):
     export = put(lab, "ladder.csv", rtec_ladder(cumulative=cumulative))
@@ -70,6 +71,7 @@ def test_steps_of_a_ladder_are_runs_of_their_true_distances(lab, cumulative):
         assert np.mean(run.columns["friction_coefficient"]) == pytest.approx(0.1 * place, abs=0.001)
 
 
+@pytest.mark.slow
 def test_recorded_load_and_speed_of_a_step_are_proposed_and_not_taken(lab):
     export = put(lab, "ladder.csv", rtec_ladder())
     made = make_runs(Wanted([export], lab, split="Step"))
@@ -239,6 +241,7 @@ def test_a_template_may_name_the_sheet(lab):
     assert 'sheet = "Data"' in (made.folder / "run.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_each_sheet_is_a_run(lab):
     export = put(lab, "tests.xlsx", workbook_of(["Run 1", "Run 2", "Run 3"]))
     settings = [LOAD, "conditions.sliding_speed=0.1 m/s"]
@@ -280,6 +283,7 @@ def test_each_sheet_takes_one_workbook(lab):
         make_runs(Wanted([export, export], lab, each_sheet=True))
 
 
+@pytest.mark.slow
 def test_answers_are_asked_for_once_and_taken_for_all(lab):
     export = put(lab, "ladder.csv", rtec_ladder())
     asked = []

@@ -97,6 +97,7 @@ def extension(
     return (lost * cells.stroke / section - cells.stroke) / half, float(expected - cells.stroke) / half
 
 
+@pytest.mark.slow
 def test_a_short_stroke_between_stiff_bodies_shares_its_middle_with_its_ends():
     found, expected = extension(1.0, 6.0, 1.0)
     assert found > 0.3

@@ -142,6 +142,7 @@ def test_study_is_read_back_to_the_last_digit(ran):
     assert stored.options == Recipe().model_dump(mode="json", by_alias=True) | {"methods": METHODS}
 
 
+@pytest.mark.slow
 def test_curves_are_read_back_as_they_were_drawn(ran):
     store, outcomes = ran
     evaluation = evaluate_archived(store, STUDY, Recipe())
@@ -198,6 +199,7 @@ def test_every_title_and_curve_comes_back(ran, tmp_path_factory, title, depths):
     np.testing.assert_allclose(got.curves[0].measured.best, depths, rtol=1e-14, atol=1e-24)
 
 
+@pytest.mark.slow
 def test_study_file_conforms_to_nexus(ran):
     store, _ = ran
     path = store.study_folder / "air.h5"
@@ -229,6 +231,7 @@ def test_predictions_of_a_study_carry_its_coefficient_and_its_name(ran):
         assert [name for name in store.step_names(fitted) if name.startswith("prediction")] == []
 
 
+@pytest.mark.slow
 def test_prediction_from_one_run_refers_to_that_run(store):
     study = QUICK.model_copy(update={"fit": (AGAIN,)})
     outcomes = list(run_study(store, study, Recipe()))
@@ -247,6 +250,7 @@ def test_study_of_runs_as_ingested_corrects_them_on_the_way(ran_quick, raw, tmp_
     assert {"drift_correction", "friction_fit"} <= set(store.step_names(HEAVY))
 
 
+@pytest.mark.slow
 def test_run_whose_first_sample_is_a_stretch_of_its_own_is_judged_without_a_warning(short_runs, tmp_path):
     store = Archive(tmp_path / "archive")
     for run_id in (LIGHT, HEAVY):
@@ -362,6 +366,7 @@ def test_another_reason_redoes_the_study(store):
     assert [one.reason for one in result_of(outcomes).left_out] == ["marked bad: the disc was used before"]
 
 
+@pytest.mark.slow
 def test_predicted_run_marked_bad_is_not_predicted(store):
     store.mark(HEAVY, BAD)
     outcomes = list(run_study(store, QUICK, Recipe()))
@@ -421,6 +426,7 @@ def test_a_pin_of_another_radius_is_predicted_and_named(store):
     assert any(note.startswith("other-radius: predicted with the same k_D for a contact or geometry") for note in notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", ["fit", "predict"])
 def test_run_without_an_end_value_is_refused(store, place):
     before = tree_bytes(store.folder)
@@ -440,6 +446,7 @@ def test_refused_study_does_not_correct_runs_on_the_way(raw, tmp_path, wrong):
     assert tree_bytes(store.folder) == before
 
 
+@pytest.mark.slow
 def test_depth_past_the_tip_as_end_of_life_is_refused(store):
     before = tree_bytes(store.folder)
     study = Study.model_validate(QUICK.model_dump() | {"end_of_life": "1 mm"})
@@ -509,6 +516,7 @@ def test_studies_by_a_crew_are_those_of_one_process(store, tmp_path):
     assert store.study_ids() == ["air", "other"]
 
 
+@pytest.mark.slow
 def test_an_unchanged_study_reads_no_run(store, monkeypatch):
     list(run_study(store, QUICK, Recipe()))
 
@@ -604,6 +612,7 @@ def test_what_only_looks_leaves_runs_fitted_by_another_recipe_alone(by_recipe, t
 # --- plans ---
 
 
+@pytest.mark.slow
 def test_plan_of_a_study_counts_with_its_scatter_and_its_shared_inputs(done, ran):
     law = result_of(ran[1]).law("archard")
     (by_run,), (by_study,) = (plan_archived(done, name, "archard", 0.05, Recipe()) for name in (LIGHT, "air"))
@@ -764,6 +773,7 @@ def read_back(study: Study, folder: Path) -> Study:
     return load_toml(path, Study)
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(
     st.lists(IDS, min_size=2, max_size=6, unique=True),

@@ -153,6 +153,7 @@ def test_new_drafts_no_law_that_needs_friction_where_a_run_has_none(run_cli, run
     assert load_toml(tmp_path / "study.toml", Study).laws == ("archard",)
 
 
+@pytest.mark.slow
 def test_new_refuses_to_overwrite_unless_forced(run_cli, runs, tmp_path):
     path = tmp_path / "study.toml"
     path.write_bytes(b"# mine\n")
@@ -210,6 +211,7 @@ def test_run_as_json_is_the_result_as_archived(run_cli, home):
     assert not (home / "archive" / "figures").exists()
 
 
+@pytest.mark.slow
 def test_run_puts_its_predictions_into_the_runs(run_cli, home):
     run_cli("study", "run", "study.toml", "--no-figures", cwd=home)
     shown = json.loads(run_cli("show", HEAVY, "--json", cwd=home).stdout)
@@ -263,6 +265,7 @@ def test_run_leaves_out_what_is_marked_bad_and_says_so(run_cli, evaluated):
     assert f"{AGAIN}: Archard's law agrees with" in again.output
 
 
+@pytest.mark.slow
 def test_run_tells_where_a_depth_is_reached(run_cli, home):
     write_study(home, end_of_life="20 um")
     result = run_cli("study", "run", "study.toml", "--no-figures", "--json", cwd=home)
@@ -340,7 +343,7 @@ def test_archive_that_is_not_there_is_named(run_cli, tmp_path, command):
 def test_runs_are_listed_without_studies(run_cli, evaluated):
     listed = json.loads(run_cli("ls", "--json", cwd=evaluated).stdout)["runs"]
     assert {run["id"] for run in listed} == set(archived(evaluated).ids())
-    assert_refused(run_cli("show", "air", cwd=evaluated), "found no run 'air'")
+    assert_refused(run_cli("show", "air", cwd=evaluated), "found the study 'air'", "tribopipe study show air")
 
 
 # --- study figures ---
@@ -389,6 +392,7 @@ def test_fit_together_shows_one_coefficient_and_keeps_nothing(run_cli, home):
     assert tree_bytes(home) == before
 
 
+@pytest.mark.slow
 def test_fit_together_as_json_is_a_study_result(run_cli, home):
     result = run_cli("fit", LIGHT, AGAIN, "--together", "--law", "sarkar", "--json", cwd=home)
     told = StudyResult.model_validate(json.loads(result.stdout))
@@ -413,6 +417,7 @@ def test_prediction_onto_a_run_is_judged_and_not_kept(run_cli, home):
     assert tree_bytes(home) == before
 
 
+@pytest.mark.slow
 def test_together_and_study_find_the_same(run_cli, evaluated):
     command = ["predict", "--from", LIGHT, "--from", AGAIN, "--onto", HEAVY, "--json"]
     told = StudyResult.model_validate(json.loads(run_cli(*command, cwd=evaluated).stdout))

@@ -56,6 +56,7 @@ def test_wear_that_stops_is_not_called_another_k_d():
     assert "delete the rows" in found.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize(("measured", "words"), [(True, "is the mean over the test"), (False, "is not the mean")])
 def test_k_d_is_called_the_mean_over_the_test_if_the_wear_was_measured(measured, words):

@@ -162,6 +162,7 @@ def test_a_quantity_keeps_the_relative_uncertainty_of_what_it_replaces():
 # --- each case is what a single command finds ---
 
 
+@pytest.mark.slow
 def test_choices_are_what_single_fits_find_and_the_archive_stays(swept, archive, tmp_path):
     before = tree_bytes(archive)
     told = swept(FEW, "--json", "-o", "table.csv")
@@ -207,6 +208,7 @@ def test_predictions_are_what_predict_finds(swept, archive):
     assert rows[3]["sliding_distance"] == expected.reached[0].sliding_distance.model_dump()
 
 
+@pytest.mark.slow
 def test_drawn_predictions_scatter_as_first_order_has_it(swept):
     text = f"""
     schema = "tribopipe.sweep/1"
@@ -245,6 +247,7 @@ def test_a_run_in_memory_is_what_its_folder_would_be_ingested_as(kind, tmp_path)
         np.testing.assert_allclose(made.columns[name], column, rtol=1e-3, atol=1e-4, err_msg=name)
 
 
+@pytest.mark.slow
 def test_virtual_tests_are_held_against_their_truth(swept):
     told = swept(TESTS, "--json")
     assert told.exit_code == 0
@@ -359,6 +362,7 @@ def test_another_table_is_not_overwritten_unasked(swept, tmp_path):
     assert swept(LIFE, "-o", "table.csv", "--force").exit_code == 0
 
 
+@pytest.mark.slow
 def test_people_are_shown_a_table_and_what_it_comes_to(swept):
     shown = swept(FEW).output
     assert "half range" in shown
@@ -366,6 +370,7 @@ def test_people_are_shown_a_table_and_what_it_comes_to(swept):
     assert "1000 m" in swept(LIFE).output
 
 
+@pytest.mark.slow
 def test_a_figure_has_a_panel_for_each_thing_asked(swept, tmp_path):
     two = LIFE + 'contact.pin.radius = ["0.5 mm", "1 mm"]\n'
     assert swept(two, "--figure", "life.svg").exit_code == 0

@@ -73,6 +73,7 @@ def test_tags_are_what_was_given_and_not_taken_back(history):
 # --- the file ---
 
 
+@pytest.mark.slow
 def test_history_is_kept_and_all_else_stays(two):
     archive, path = Archive(two), two / f"{RUN}.h5"
     before = members(path)
@@ -89,6 +90,7 @@ def test_history_is_kept_and_all_else_stays(two):
         assert file["entry"].attrs["default"] == "wear"
 
 
+@pytest.mark.slow
 def test_annotations_outlive_a_new_ingestion_and_new_steps(two):
     archive = Archive(two)
     archive.annotate(RUN, annotation("tag", "run-in"))
@@ -110,6 +112,7 @@ def test_tag_that_is_not_there_cannot_be_taken_back(two):
 # --- the commands ---
 
 
+@pytest.mark.slow
 def test_tags_are_given_to_several_and_taken_back(tribopipe, two):
     told = tribopipe("tag", RUN, OTHER, "--add", "run-in", "--add", "thesis", "--by", "anna", "--json")
     assert told.exit_code == 0

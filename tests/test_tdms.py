@@ -141,6 +141,7 @@ def test_interrupted_file_is_read_as_far_as_it_goes():
 CUT = tdms({"Test": {"Fz": FORCE, "Heat": COUNT}}, {"Test": {"Fz": FORCE, "Heat": COUNT}})
 
 
+@pytest.mark.slow
 def test_cut_anywhere_it_is_refused_or_flagged():
     whole = columns(read(CUT))
     edge = CUT.index(b"TDSm", 4)

@@ -199,6 +199,7 @@ def read_all(master: int) -> str:
 # --- every command ---
 
 
+@pytest.mark.slow
 def test_no_line_is_wider_than_the_terminal(session):
     width, told = session
     wide = [(command, line) for command, one in told.items() for line in one.lines if _width(line) > width]

@@ -51,6 +51,7 @@ def stated(radius, share=0.005):
     return Quantity(value=radius, unit="m", standard_uncertainty=share * radius)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BALLS)
 def test_volume_is_that_of_the_simulated_scar(name):
     ball = BALLS[name]
@@ -60,6 +61,7 @@ def test_volume_is_that_of_the_simulated_scar(name):
     assert spread < 0.02 * ball.volume
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "wrong"), [("convex", 0.3), ("concave", 0.5)])
 def test_deepest_line_alone_is_wrong_where_the_scar_is_not_plane(name, wrong):
     ball = BALLS[name]
@@ -169,6 +171,7 @@ def test_map_is_a_volume_beside_a_worn_track_as_well(disc):
     assert ways["disc"][0].depth.value > 0
 
 
+@pytest.mark.slow
 def test_map_without_positions_across_is_used_by_its_deepest_line_with_a_note():
     ball = WornBall(radius=RADIUS, scar=0.25e-3, size=1.8)
     run = mapped_run(ball)
@@ -179,6 +182,7 @@ def test_map_without_positions_across_is_used_by_its_deepest_line_with_a_note():
     assert not any("deepest" in note for note in pin_on_disc_wear(run, DefaultUncertainty()).notes)
 
 
+@pytest.mark.slow
 def test_map_without_a_scar_is_one_finding():
     run = mapped_run(WornBall(radius=RADIUS, scar=1e-6, size=400))
     (finding,) = [one for one in check_run(run) if one.code == "no_wear_in_profile"]
@@ -188,6 +192,7 @@ def test_map_without_a_scar_is_one_finding():
         end_wear(run, DefaultUncertainty())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("off", "named"), [(0.0, 0), (0.002, 0), (0.05, 1), (-0.1, 1)])
 def test_radius_that_is_not_that_of_the_tip_is_named(off, named):
     run = mapped_run(WornBall(radius=(1 + off) * RADIUS, scar=0.25e-3, size=1.8))
@@ -208,6 +213,7 @@ def test_mean_of_the_lines_of_a_map_is_as_uncertain_as_lines_that_share_their_no
 # --- files ---
 
 
+@pytest.mark.slow
 def test_map_in_a_file_is_shown_as_a_volume_and_few_of_its_lines(tmp_path, run_cli):
     ball = WornBall()
     (tmp_path / "tip.csv").write_text("x [mm],y [mm],z [um]\n" + points(ball.map()), encoding="utf-8")

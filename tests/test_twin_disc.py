@@ -477,6 +477,7 @@ def test_depths_are_as_coefficients_and_turns_where_the_points_slide_the_same_wa
     assert float(state.flat_depth) == approx(turns * discs.k_2 / discs.k_1 * discs.curved_depth, rel=1e-10)
 
 
+@pytest.mark.slow
 @few
 @given(worn_discs(["contact-width", "volume-conserving"]))
 def test_discs_may_change_places(discs):
@@ -501,6 +502,7 @@ def test_discs_may_change_places(discs):
     assert float(swapped.sliding_distance) == approx(float(state.sliding_distance), rel=1e-10)
 
 
+@pytest.mark.slow
 @few
 @given(worn_discs(["volume-conserving"]))
 def test_equal_discs_of_equal_coefficients_wear_alike_where_volume_is_conserved(discs):
@@ -525,6 +527,7 @@ def test_equal_discs_of_equal_coefficients_wear_alike_where_volume_is_conserved(
     assert float(state.sliding_distance) <= start * turns * (1 + 1e-11)
 
 
+@pytest.mark.slow
 @few
 @given(worn_discs(), st.floats(0.01, 100), st.floats(0.01, 100))
 def test_scale_of_lengths_and_moduli_is_free(discs, length, stiffness):
@@ -545,6 +548,7 @@ def test_scale_of_lengths_and_moduli_is_free(discs, length, stiffness):
     np.testing.assert_allclose(values(scaled), values(state) * dimensions, rtol=1e-10)
 
 
+@pytest.mark.slow
 @few
 @given(worn_discs(least_depth=-3.0), st.integers(1, 2000))
 def test_one_disc_wears_as_two_of_which_one_never_does(discs, count):
@@ -673,6 +677,7 @@ def test_volume_grows_as_a_power_of_rotations_where_the_elastic_part_is_small(co
 # --- ends of the range ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @all_conventions
 @pytest.mark.parametrize("both", [False, True])
 def test_more_nodes_change_nothing(monkeypatch, convention, both):

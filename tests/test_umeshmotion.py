@@ -254,6 +254,7 @@ def rings(case: WearCase, width: float) -> Rings:
     return Rings(normal_load=case.normal_load, modulus=case.modulus, edges=edges, gap=gap)
 
 
+@pytest.mark.slow
 @needs_gfortran
 @pytest.mark.parametrize(
     ("run_id", "friction", "jtyp"), [(PIN, None, "0"), (PIN, MU, "none"), (DISCS, None, "none"), (DISCS, MU, "1")]
@@ -280,6 +281,7 @@ def test_wrong_argument_list_is_an_error(tmp_path, argument):
     assert "Error" in done.stderr
 
 
+@pytest.mark.slow
 @needs_gfortran
 @pytest.mark.parametrize("friction", [None, MU], ids=["archard", "sarkar"])
 def test_pin_wears_as_the_contact_solver_has_it(tmp_path, friction):
@@ -305,6 +307,7 @@ def test_pin_wears_as_the_contact_solver_has_it(tmp_path, friction):
     )
 
 
+@pytest.mark.slow
 @needs_gfortran
 @pytest.mark.parametrize("attempts", others_slow(["converge", "are repeated"], "converge"))
 @pytest.mark.parametrize("friction", [None, MU], ids=["archard", "sarkar"])

@@ -245,6 +245,11 @@ def test_any_text_is_a_unit_or_none(text):
         (7e6, None, "Pa*m^0.5", "MPa*m^0.5", "7 MPa·m½"),
         (3210.0, None, "kg/m^3", "g/cm^3", "3.21 g/cm³"),
         (123456.0, 1234.0, "m", "m", "(1.235 ± 0.012)×10⁵ m"),
+        (667.3, 111.2, "m", "m", "670 ± 110 m"),
+        (667.3, 99.6, "m", "m", "670 ± 100 m"),
+        (-3.0, 1234.0, "m", "m", "0 ± 1200 m"),
+        (20000.0, None, "s", "s", "20000 s"),
+        (99999.0, None, "s", "s", "1×10⁵ s"),
     ],
 )
 def test_shown_with_two_digits_of_the_uncertainty(value, uncertainty, si, unit, shown):

@@ -48,6 +48,7 @@ def test_signal_and_scar_give_k_d_of_both(pair):
     assert warned.severity == "warning"
 
 
+@pytest.mark.slow
 def test_mean_diameter_of_a_scar_does_as_well():
     truth, raw = both_worn("both bodies", 2)
     section = truth.disc * 5.0 * np.array([SLID]) / (2 * np.pi * 6e-3)
@@ -86,11 +87,13 @@ def test_what_else_a_sensor_shows_is_no_groove(disturbance, depth):
         assert approach_beside(depth, DISTURBING[disturbance], seed) is None
 
 
+@pytest.mark.slow
 def test_what_a_sensor_may_drift_is_no_groove_whatever_its_course():
     assert approach_beside(2e-6, lambda _: 2.2e-6 * np.sqrt(PROGRESS), 1) is None
     assert approach_beside(2e-6, lambda _: 4e-6 * np.sqrt(PROGRESS), 1) is not None
 
 
+@pytest.mark.slow
 def test_width_of_a_scar_alone_is_not_the_wear_of_the_pin():
     """It is as wide as the groove: k_D of the ball was ten times too large, and its depth stated within 1 %."""
     truth, raw = both_worn("both bodies", 4)
@@ -104,6 +107,7 @@ def test_width_of_a_scar_alone_is_not_the_wear_of_the_pin():
         assert abs(found.value - k_d) < 3 * found.standard_uncertainty
 
 
+@pytest.mark.slow
 def test_specific_wear_is_that_of_the_fit():
     truth, raw = both_worn("both bodies", 5)
     corrected = correct_drift(raw)
@@ -115,6 +119,7 @@ def test_specific_wear_is_that_of_the_fit():
         assert rate.value == pytest.approx(fit.bodies[body].wear_coefficient.value, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pair", ["both bodies", "mainly the disc"])
 def test_part_of_the_pin_is_its_own_wear_all_along(pair):
     truth, raw = both_worn(pair, 6)

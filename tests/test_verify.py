@@ -87,6 +87,7 @@ def found(verified: Verified) -> list[tuple[str, str]]:
     return [(finding.severity, finding.code) for finding in verified.findings]
 
 
+@pytest.mark.slow
 def test_sound_archive_gives_nothing(whole):
     before, told = tree_bytes(whole), []
     verified = verify(Archive(whole), advance=told.append)
@@ -187,6 +188,7 @@ DAMAGE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", others_slow(DAMAGE, first=5), ids=lambda change: change.__name__)
 def test_damage_that_was_sealed_is_found_by_what_the_file_says_of_itself(whole, tmp_path, change):
     path = Path(shutil.copy(whole / f"{DISC}.h5", tmp_path))
@@ -248,6 +250,7 @@ def breaches(path: Path) -> set[str]:
     return {finding.code for finding in look.findings}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", others_slow(MORE, first=3), ids=lambda change: change.__name__)
 def test_breach_of_a_rule_of_nexus_is_found(whole, tmp_path, change):
     assert breaches(spoiled(change, whole, tmp_path)) == {"nexus"}
@@ -278,6 +281,7 @@ def test_flipped_bit_is_found_wherever_it_is(whole, tmp_path, place):
     assert seen is None
 
 
+@pytest.mark.slow
 def test_damaged_file_does_not_hide_the_others(copied):
     flip(copied / f"{PIN}.h5", 9000)
     flip(copied / f"{DISC}.h5", 9000)
@@ -322,6 +326,7 @@ def test_prediction_from_another_coefficient_is_stale(copied):
     ]
 
 
+@pytest.mark.slow
 def test_prediction_whose_reference_is_gone_is_noted(copied):
     (copied / FILE_NAME).unlink()
     take_out(Archive(copied), "si3n4-air", study=True)
@@ -329,6 +334,7 @@ def test_prediction_whose_reference_is_gone_is_noted(copied):
     assert set(found(verify(Archive(copied)))) == {("note", "reference"), ("note", "catalog")}
 
 
+@pytest.mark.slow
 def test_what_a_killed_writer_left_is_named(small):
     part = small / f".{DISC}.h5.abcd.part"
     part.write_bytes(b"half")
@@ -336,12 +342,14 @@ def test_what_a_killed_writer_left_is_named(small):
     assert (told.severity, told.where) == ("note", part.name)
 
 
+@pytest.mark.slow
 def test_what_a_writer_writes_now_is_not_named(small):
     (small / f".{DISC}.h5.abcd.part").write_bytes(b"half")
     with writers_lock(small, DISC):
         assert "folder" not in {check for _, check in found(verify(Archive(small)))}
 
 
+@pytest.mark.slow
 def test_what_is_none_of_ours_is_noted(small):
     (small / "thesis.docx").write_bytes(b"")
     (small / "old").mkdir()
@@ -351,12 +359,14 @@ def test_what_is_none_of_ours_is_noted(small):
     assert told == dict.fromkeys(["thesis.docx", "old", "studies/draft.toml", "folder.h5"], "note")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="a file system that does not tell capitals has no such names")
 def test_ids_that_differ_in_capitals_alone_are_told(small):
     shutil.copy(small / f"{DISC}.h5", small / f"{DISC.upper()}.h5")
     assert ("warning", "folder") in found(verify(Archive(small)))
 
 
+@pytest.mark.slow
 def test_run_that_was_put_in_by_hand_and_is_gone_is_told_by_the_catalogue(small):
     by_hand = Path(shutil.copy(small / f"{DISC}.h5", small / "another.h5"))
     catalogued(small)
@@ -365,6 +375,7 @@ def test_run_that_was_put_in_by_hand_and_is_gone_is_told_by_the_catalogue(small)
     assert (told.severity, told.code, told.where) == ("warning", "catalog", "another.h5")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("content", [None, b"", b"no database" * 99])
 def test_lost_or_damaged_catalogue_is_a_note_and_stays_as_it_is(small, content):
     (small / FILE_NAME).unlink()
@@ -374,6 +385,7 @@ def test_lost_or_damaged_catalogue_is_a_note_and_stays_as_it_is(small, content):
     assert (small / FILE_NAME).is_file() == (content is not None)
 
 
+@pytest.mark.slow
 def test_catalogue_that_tells_a_run_wrong_is_told(small):
     with closing(sqlite3.connect(small / FILE_NAME)) as connection, connection:
         *row, _ = connection.execute("SELECT * FROM runs").fetchone()
@@ -415,12 +427,14 @@ def test_number_that_agrees_with_its_checksum_is_found_by_computing_it_again(sma
     assert "result.normal_load.value: archived 0.26, now 0.249" in told.message
 
 
+@pytest.mark.slow
 def test_one_run_alone(copied):
     flip(copied / f"{PIN}.h5", 9000)
     verified = verify(Archive(copied), [DISC])
     assert (verified.runs, verified.studies, verified.findings) == (1, 0, ())
 
 
+@pytest.mark.slow
 def test_command_on_a_sound_archive(run_cli, small):
     done = run_cli("verify", small)
     assert done.exit_code == 0
@@ -441,6 +455,7 @@ def test_command_tells_findings_as_json_too(run_cli, small):
     assert "1 error, 0 warnings" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")
 def test_links_are_told(small):
     (small / f"{DISC}.h5").rename(small.parent / "elsewhere")

@@ -52,6 +52,7 @@ def test_both_open_two_discs_on_theirs(disc_pair):
     assert nxload(str(path)).plottable_data.nxpath == "/entry/wear"
 
 
+@pytest.mark.slow
 def test_h5glance_reads_as_the_run_does(sample_archive: Archive):
     script = Path(sys.executable).with_name("h5glance")
     if not script.exists():

@@ -149,6 +149,7 @@ def sample(*, track=True, **ends):
 SCAR = {"pin_scar_diameter": si(383.672e-6, "m", 2e-6)}
 
 
+@pytest.mark.slow
 def test_disc_that_wears_has_a_k_d_beside_that_of_the_pin():
     fit = fit_wear(sample(**SCAR, disc_wear_depth=si(2.5e-6, "m", 5e-8)), recipe=FIRST_ORDER)
     assert (list(fit.bodies), fit.engine) == (["pin", "disc"], "volume")
@@ -159,11 +160,13 @@ def test_disc_that_wears_has_a_k_d_beside_that_of_the_pin():
     assert 0 < fit.correlation < 1
 
 
+@pytest.mark.slow
 def test_disc_that_hardly_wears_has_none():
     fit = fit_wear(sample(**SCAR, disc_wear_depth=si(115e-9, "m", 2e-8)), recipe=FIRST_ORDER)
     assert (list(fit.bodies), fit.engine) == (["pin"], "giwm")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pin", [SCAR, {}])
 def test_a_track_of_unknown_length_is_no_unworn_disc_beside_a_depth_signal(pin):
     run = sample(**pin, disc_wear_volume=si(4e-11, "m^3", 1e-12), track=False)
@@ -203,6 +206,7 @@ def read_of_both(k_pin, k_disc, seed, drift=250e-9, path=2 * math.pi * 4e-3):
     return replace(run, columns=columns, origins=dict.fromkeys(columns, "measured"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [10, 200])
 def test_reading_and_groove_give_k_d_of_both(ratio):
     k_pin = 1.35e-14
@@ -215,6 +219,7 @@ def test_reading_and_groove_give_k_d_of_both(ratio):
     assert "based on the depth signal minus the wear depth of the disc" in warned.message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "drift"), others_slow([(1, 250e-9), (6, 2e-6)]))
 def test_a_ball_that_does_not_wear_gets_no_k_d_by_reading_and_groove(seed, drift):
     """Not even where the sensor drifts more than anybody expects."""
@@ -225,6 +230,7 @@ def test_a_ball_that_does_not_wear_gets_no_k_d_by_reading_and_groove(seed, drift
     assert abs(found.value - 1.35e-12) < 3 * found.standard_uncertainty
 
 
+@pytest.mark.slow
 def test_curve_follows_the_wear_of_both():
     run = sample(**SCAR, disc_wear_depth=si(2.5e-6, "m", 5e-8))
     fit = fit_wear(run, recipe=FIRST_ORDER)
@@ -245,6 +251,7 @@ def test_sarkars_law_asks_for_friction():
     assert fit_wear(run_with(), "sarkar", recipe=FIRST_ORDER).missing == ("a friction signal",)
 
 
+@pytest.mark.slow
 def test_a_body_that_lost_nothing_has_none():
     assert list(fit_wear(run_with(pin=(0.0, 0.0)), "archard", recipe=FIRST_ORDER).bodies) == ["disc"]
 
@@ -298,6 +305,7 @@ def test_a_disc_that_lost_nothing_has_no_groove_of_unknown_depth(lost):
     assert not fit_wear(of_materials("Al2O3", "steel", path={}, **end), recipe=FIRST_ORDER).findings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "groove",
     [

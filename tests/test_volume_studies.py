@@ -94,6 +94,7 @@ def test_volume_at_another_load_is_predicted(factor, outcome):
     assert curve.predicted[[0, -1]] == pytest.approx([0.0, K_PIN * 0.4 * SLID], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_both_bodies_have_a_k_d_and_are_named():
     ends = {"pin_wear_volume": lost(), "disc_wear_volume": lost(k=K_DISC)}
     evaluation = studied([member("one", **ends)], [member("other", **ends)])
@@ -127,6 +128,7 @@ def test_no_end_of_life_beside_a_groove_along_a_track_of_unknown_length():
     assert any("track_radius or stroke is missing" in note for note in result.laws[0].runs[0].notes)
 
 
+@pytest.mark.slow
 def test_k_d_of_one_geometry_predicts_another():
     """k_D is of the materials: a block on a ring and a larger ball lose what its k_D says, in names of their own."""
     fit = [member("pin", pin_wear_volume=lost(), disc_wear_volume=lost(k=K_DISC))]
@@ -153,6 +155,7 @@ def test_k_d_of_one_geometry_predicts_another():
     assert note.startswith("block, ball: predicted with the same k_D for a contact or geometry different from")
 
 
+@pytest.mark.slow
 def test_the_exponent_of_pressure_is_that_of_one_body():
     """A run that measured the disc alone says nothing of the pin, whose k_D is another one."""
 
@@ -268,6 +271,7 @@ def test_a_groove_that_nobody_measured_is_there_in_every_run_and_after_any_time(
     assert law.first.wear_coefficient.standard_uncertainty > 0.045 * law.first.wear_coefficient.value
 
 
+@pytest.mark.slow
 def test_runs_with_and_without_a_depth_signal_share_a_study():
     recorded = sample(**SCAR)
     columns = {name: values[::40] for name, values in recorded.columns.items()}

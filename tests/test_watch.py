@@ -424,6 +424,7 @@ steps = st.one_of(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=6)
 @given(plan=st.lists(steps, max_size=20))
 def test_whatever_happens_when_each_file_is_one_run(plan, tmp_path_factory):

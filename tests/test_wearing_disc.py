@@ -106,6 +106,7 @@ def test_giwm_is_for_discs_that_were_looked_at_and_have_hardly_worn(disc, engine
     assert engine_of(pin, end, Recipe(wear=WearRecipe(engine="local"))) == "local"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [10.0, 60.0])
 def test_both_worn_by_archard_s_law_give_k_d_of_the_pin(ratio):
     raw = recorded_by_the_volume(1.35e-14, ratio)
@@ -137,6 +138,7 @@ def test_groove_that_nobody_saw_changes_the_volume_as_that_of_a_paraboloid(way, 
     assert found - 1 == pytest.approx(by_paraboloid(way, q) - 1, rel=0.03)
 
 
+@pytest.mark.slow
 def test_groove_in_another_material_is_a_warning_though_depth_and_scar_agree():
     """A ball on a softer disc: the scar across sliding and the depth signal tell of 1.6 times its wear, or more."""
     raw = recorded_by_the_volume(1.35e-14, 100.0)
@@ -150,6 +152,7 @@ def test_groove_in_another_material_is_a_warning_though_depth_and_scar_agree():
     assert {finding.severity for finding in fit.findings if finding.code == "disc_not_measured"} == {"warning"}
 
 
+@pytest.mark.slow
 def test_disc_that_nobody_looked_at_is_in_the_budget_and_a_note():
     fits = [fit_wear(correct_drift(recorded(depth(2.35e-5, 2e-7), disc))) for disc in (None, depth(0.0, 2e-8))]
     noted = [{finding.code for finding in fit.findings} >= {"disc_not_measured"} for fit in fits]
@@ -172,12 +175,14 @@ def fitted_pin(raw: RawRun):
     return fit_wear(raw, recipe=Recipe(uncertainty=DefaultUncertainty(unseen_groove=0.0))).bodies["pin"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("disc_share", [20.0, 60.0])
 def test_pin_that_nobody_measured_has_its_k_d_beside_a_deep_groove(disc_share):
     found = fitted_pin(beside_a_measured_groove(disc_share)).wear_coefficient
     assert found.value == pytest.approx(1.35e-14, rel=0.002, abs=0.0)
 
 
+@pytest.mark.slow
 def test_a_sensor_that_reads_too_much_is_not_all_wear_of_the_pin():
     # 0.5 % of pin and groove are 1.2 % of the pin, but the groove takes its part.
     low, high = (fitted_pin(beside_a_measured_groove(60.0, gain=gain)) for gain in (0.995, 1.005))

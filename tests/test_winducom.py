@@ -73,6 +73,7 @@ def written_files(draw: st.DrawFn) -> tuple[bytes, np.ndarray]:
     return write(names, rows, draw(st.sampled_from(["\r", "\n", "\r\n"]))), np.array(rows, dtype=float)
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(written_files())
 def test_written_numbers_come_back_exactly(written):
@@ -82,6 +83,7 @@ def test_written_numbers_come_back_exactly(written):
     assert READER.match(SourceFile("run.txt", content)).confidence >= 0.9
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(written_files(), st.data())
 def test_cut_anywhere_it_is_right_or_refused(written, data):

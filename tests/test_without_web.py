@@ -49,6 +49,7 @@ def test_a_run_is_processed_without_the_packages_of_the_server(sample_run):
     assert (sample_run.parent / "archive" / "si3n4-air-400mN.h5").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", others_slow(["browse", "demo"], "demo"))
 def test_commands_of_the_server_name_the_extra(command, archive):
     done = without_web(command, "--no-browser", cwd=archive.parent)

@@ -48,6 +48,7 @@ def test_sheets_in_which_time_goes_on_are_segments():
     assert columns(table)["Ft"] == [1.5, -2.5e-7, 12345678.9, 1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [["Time [s]", "Ft"], ["Time [s]", "Fz"]], ids=["the same", "different"])
 def test_several_tests_are_refused_until_one_is_named(names):
     book = xlsx({"A": ROWS, "B": [names, [0.0, 1.0], [1.0, 2.0]]})

@@ -125,6 +125,7 @@ def test_a_depth_signal_shows_the_pin_beside_a_groove_but_is_no_measurement_of_i
     assert any("from disc_wear_depth, the depth signal" in note for note in together.notes)
 
 
+@pytest.mark.slow
 def test_stroke_holds_its_ends_as_well():
     found = state(60)
     given = readings(found)
@@ -142,6 +143,7 @@ def test_stroke_holds_its_ends_as_well():
     assert again.bodies["disc"][0].depth.value == pytest.approx(float(found.groove_depth), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", ["disc_wear_depth", "disc_track_width", "pin_scar_diameter"])
 def test_contradictions_between_the_bodies_are_named(wrong):
     given = readings(state(60), share=0.01)
@@ -174,6 +176,7 @@ def test_groove_of_a_pin_that_has_gained_is_that_of_an_unworn_one(beside):
     assert (pin.depth, pin.volume.value) == (None, -5e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("beside", GAINS)
 @pytest.mark.parametrize("lost", [0.0, 0.2e-15, 0.5e-15])
 @pytest.mark.parametrize("error", [-1, 0, 1])

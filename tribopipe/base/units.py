@@ -479,6 +479,8 @@ def show_force(newtons: float, uncertainty: float | None = None) -> str:
 
 def _rounded(number: float) -> str:
     mantissa, _, power = f"{number:.4g}".partition("e")
+    if power and not _power_for(abs(float(f"{number:.4g}"))):
+        return f"{float(f'{number:.4g}'):.0f}"
     return f"{mantissa}{_power(int(power))}" if power else mantissa
 
 
@@ -494,8 +496,9 @@ def superscript(exponent: int) -> str:
 def _rounded_pair(number: float, spread: float) -> str:
     power = _power_for(max(abs(number), spread))
     scaled, scaled_spread = number / 10.0**power, spread / 10.0**power
-    digits = _decimals(scaled_spread)
-    scaled = round(scaled, digits) + 0.0  # no sign is left on nothing
+    place, digits = _last_digit(scaled_spread), _decimals(scaled_spread)
+    scaled = round(scaled, place) + 0.0  # no sign is left on nothing
+    scaled_spread = round(scaled_spread, place)
     if not power:
         return f"{scaled:.{digits}f} ± {scaled_spread:.{digits}f}"
     return f"({scaled:.{digits}f} ± {scaled_spread:.{digits}f}){_power(power)}"
@@ -523,4 +526,9 @@ def _power_for(largest: float) -> int:
 
 def _decimals(spread: float) -> int:
     """Return the decimals that show two digits of a standard uncertainty."""
-    return max(0, 1 - int(f"{spread:.1e}".partition("e")[2]))
+    return max(0, _last_digit(spread))
+
+
+def _last_digit(spread: float) -> int:
+    """Return the place of the second digit of a standard uncertainty, after the decimal point; tens are −1."""
+    return 1 - int(f"{spread:.1e}".partition("e")[2])

@@ -195,6 +195,8 @@ class Contact(Record):
     """Name of the relative sliding distance of the bodies."""
     load_share: ClassVar[float] = 1.0
     """Load on one contact over the load that is applied."""
+    track_key: ClassVar[str | None] = None
+    """Key of run.toml that determines the track radius; None if the conditions state it, or there is no track."""
     modulus_inputs: ClassVar[tuple[ModulusInput, ...]]
     """Names of the inputs that are the Young's moduli of the bodies."""
     family_conditions: ClassVar[tuple[str, ...]]
@@ -427,8 +429,6 @@ class SlidingPin(Contact):
     material_transfer: ClassVar[bool] = True
     shown: ClassVar[tuple[str, ...]] = ("wear_depth", "mean_pressure")
     sensor_tells: ClassVar[bool] = True
-    track_key: ClassVar[str | None] = None
-    """Key of run.toml that determines the track radius; None if the conditions state it."""
     equivalent_words: ClassVar[str] = "pin"
     """Name of ``equivalent_pin``."""
     usual_diameters: ClassVar[tuple[float, ...]] = ()

@@ -100,11 +100,11 @@ def _fitted(run: RawRun, recipe: FrictionRecipe, defaults: DefaultUncertainty) -
     inside = seen & (distance >= first) & (distance <= last)
     moving = inside & ~_at_rest(distance)
     fit = _fit_window(distance[moving], mu[moving])
-    trimmed = (f"loading ramp of {first:.3g} m excluded",) if recipe.start is None and first > 0 else ()
+    trimmed = [f"loading ramp of {first:.3g} m excluded"] if recipe.start is None and first > 0 else []
     if stopped := int(np.sum(inside & ~moving)):
-        trimmed += (f"{stopped} samples excluded, during which the sliding distance does not increase",)
+        trimmed.append(f"{stopped} samples excluded, during which the sliding distance does not increase")
     mean, deviation = _vendor_statistics(mu[seen])
-    found = {"notes": trimmed + fit.notes, "load": _load(run), "mean": mean, "standard_deviation": deviation}
+    found = {"notes": (*trimmed, *fit.notes), "load": _load(run), "mean": mean, "standard_deviation": deviation}
     return _with_inputs(fit.model_copy(update=found), *shares)
 
 

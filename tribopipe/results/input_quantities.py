@@ -89,7 +89,7 @@ _QUANTITIES: Mapping[str, InputQuantity] = {
 }
 _PATTERNS: Mapping[re.Pattern[str], InputQuantity] = {
     re.compile(r"(?P<body>.+)_modulus"): InputQuantity("Young's modulus of the {body}", "GPa"),
-    re.compile(r"(?P<body>.+)_end_value"): InputQuantity("wear depth of the {body}", "nm"),
+    re.compile(r"(?P<body>.+)_end_value"): InputQuantity("post-test measurement of the {body}", "um"),
     re.compile(r"(?P<body>.+)_value(?P<at>_at_interruption_\d+)"): InputQuantity("measurement of the {body}{at}", "um"),
     re.compile(r"(?P<body>.+)_wear_volume(?P<at>_at_interruption_\d+)?"): InputQuantity(
         "wear volume of the {body}{at}", "mm^3"
@@ -104,7 +104,7 @@ _PATTERNS: Mapping[re.Pattern[str], InputQuantity] = {
     ),
     re.compile(r"law_(?P<parameter>.+)"): InputQuantity("law parameter {parameter}"),
 }
-"""Inputs named after a body, of any contact, or after a parameter of any wear law; of a counterbody, the wear depth."""
+"""Inputs named after a body, of any contact, or after a parameter of any wear law."""
 
 
 def input_label(name: str) -> str:

@@ -421,23 +421,7 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
     its place before all are written, and the first takes it last. Raises ``OutputError`` if something else than a
     figure of this package is there.
     """
-    texts = captions or {}
-    try:
-        require_free((folder / name for name in (*figures, *texts)), own=made_here, beside_run=True)
-        folder.mkdir(parents=True, exist_ok=True)
-        with ExitStack() as written:
-            for name, figure in figures.items():
-                path = folder / name
-                written.enter_context(replacing(path)).write_bytes(
-                    _picture(figure, path.suffix, for_print=captions is not None)
-                )
-            for name, text in texts.items():
-                written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
-    except OSError as error:
-        raise ArchiveError(
-            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with free space and "
-            "write permission; correct this and run the same command again"
-        ) from None
+    _save(folder, _drawn(figures, for_print=captions is not None), captions or {})
 
 
 def save_beside(
@@ -447,11 +431,34 @@ def save_beside(
 
     Remains of an interrupted process are removed. Raises ``ArchiveError`` and ``OutputError``.
     """
-    folder = archive.folder / FIGURES
+    folder, texts = archive.folder / FIGURES, captions or {}
+    # Drawing takes seconds, for which no other process has to wait.
+    pictures = _drawn(figures, for_print=captions is not None)
     with archive.alone_with(identifier):
-        for name in (*figures, *(captions or {})):
+        for name in (*pictures, *texts):
             clear_leftovers_of(folder / name)
-        save_figures(folder, figures, captions)
+        _save(folder, pictures, texts)
+
+
+def _drawn(figures: "Mapping[str, Figure]", *, for_print: bool) -> dict[str, bytes]:
+    """Draw figures in the formats of their names' suffixes."""
+    return {name: _picture(figure, Path(name).suffix, for_print=for_print) for name, figure in figures.items()}
+
+
+def _save(folder: Path, pictures: Mapping[str, bytes], texts: Mapping[str, str]) -> None:
+    try:
+        require_free((folder / name for name in (*pictures, *texts)), own=made_here, beside_run=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as written:
+            for name, picture in pictures.items():
+                written.enter_context(replacing(folder / name)).write_bytes(picture)
+            for name, text in texts.items():
+                written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
+    except OSError as error:
+        raise ArchiveError(
+            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with free space and "
+            "write permission; correct this and run the same command again"
+        ) from None
 
 
 def _picture(figure: "Figure", suffix: str, *, for_print: bool) -> bytes:

@@ -4,17 +4,23 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from tribopipe.documents.manifest import Conditions
+from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.results.input_quantities import Input, relative_input, stated_or_default
 from tribopipe.results.run import RawRun
 
 
-def path_length(conditions: Conditions, defaults: DefaultUncertainty) -> Quantity | None:
+def path_length(manifest: RunManifest, defaults: DefaultUncertainty) -> Quantity | None:
     """Return the stroke, or the radius of the circle, m, with its uncertainty; None if run.toml states neither."""
-    length = conditions.stroke or conditions.track_radius
-    return None if length is None else stated_or_default(length, defaults.track_radius * length.value)[0]
+    length = manifest.conditions.stroke or manifest.conditions.track_radius
+    return None if length is None else stated_or_default(length, _path_share(manifest, defaults) * length.value)[0]
+
+
+def _path_share(manifest: RunManifest, defaults: DefaultUncertainty) -> float:
+    """Return the relative default of the stroke or track radius: that of the body by which the path is given."""
+    contact = manifest.contact
+    return defaults.track_radius if contact is None or contact.track_key is None else defaults.pin_radius
 
 
 @dataclass(frozen=True)
@@ -26,21 +32,17 @@ class ToldBy:
     """The input with its standard uncertainty, stated or by default."""
 
 
-_FACTORS = {
-    "rotational_speed": "sliding_speed",
-    "frequency": "sliding_speed",
-    "track_radius": "track_radius",
-    "stroke": "track_radius",
-}
-"""What a speed is a product of, in pairs, with the name of its default uncertainty."""
+_FACTORS = ("rotational_speed", "frequency", "track_radius", "stroke")
+"""What a speed is a product of, in pairs."""
 
 
-def _speed_of_motion(speed: Quantity, conditions: Conditions, defaults: DefaultUncertainty) -> Input:
+def _speed_of_motion(speed: Quantity, manifest: RunManifest, defaults: DefaultUncertainty) -> Input:
     """Return a speed that is a product; each factor is as uncertain as stated, or else by its own default."""
+    path = _path_share(manifest, defaults)
     factors = {
-        name: relative_input(factor, getattr(defaults, default))
-        for name, default in _FACTORS.items()
-        if (factor := getattr(conditions, name)) is not None
+        name: relative_input(factor, path if name in ("track_radius", "stroke") else defaults.sliding_speed)
+        for name in _FACTORS
+        if (factor := getattr(manifest.conditions, name)) is not None
     }
     share = math.hypot(*(factor.spread / factor.quantity.value for factor in factors.values()))
     product = speed.model_copy(update={"standard_uncertainty": share * speed.value})
@@ -60,11 +62,11 @@ def told_by(run: RawRun, defaults: DefaultUncertainty) -> ToldBy | None:
     turned = origin == "derived from measured speed" and conditions.stroke is None
     if (origin == "derived from rotations" or turned) and length is not None:
         name: Literal["stroke", "track_radius"] = "track_radius" if conditions.stroke is None else "stroke"
-        return ToldBy(name, relative_input(length, defaults.track_radius))
+        return ToldBy(name, relative_input(length, _path_share(run.manifest, defaults)))
     if origin != "derived from nominal speed" or speed is None:
         return None
     if conditions.sliding_speed is None:
-        return ToldBy("sliding_speed", _speed_of_motion(speed, conditions, defaults))
+        return ToldBy("sliding_speed", _speed_of_motion(speed, run.manifest, defaults))
     return ToldBy("sliding_speed", relative_input(speed, defaults.sliding_speed))
 
 

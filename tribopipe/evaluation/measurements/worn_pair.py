@@ -66,7 +66,7 @@ class SlidingPath:
     def of(cls, run: RawRun, defaults: DefaultUncertainty) -> "SlidingPath | None":
         """Return the path that run.toml describes; None if it does not."""
         conditions = run.manifest.conditions
-        length = path_length(conditions, defaults)
+        length = path_length(run.manifest, defaults)
         if length is None or conditions.stroke is None:
             return None if length is None else cls(length)
         return cls(length, float(run.manifest.sliding_pin.reduced_modulus()) / conditions.normal_load.value)

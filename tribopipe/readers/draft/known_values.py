@@ -121,7 +121,7 @@ def speed_key_of(kind: str) -> str:
 
 def track_key_of(kind: str) -> str:
     """Return the key that states the radius of the track on a type of tribometer."""
-    return getattr(contact_named(kind), "track_key", None) or "conditions.track_radius"
+    return (contact_named(kind) or ASSUMED).track_key or "conditions.track_radius"
 
 
 def counterbody_key(key: str, kind: str) -> str:
