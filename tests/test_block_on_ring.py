@@ -1,6 +1,7 @@
 """A block on a ring: published values, volumes by hand, its own names, and every command on one run."""
 
 import json
+import math
 import re
 from dataclasses import replace
 
@@ -12,9 +13,10 @@ from hypothesis import strategies as st
 from tribopipe.base.errors import ContactError, ManifestError
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.recipe import MonteCarloRecipe, Recipe
+from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Recipe
 from tribopipe.documents.record import read_document
 from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.evaluation.measurements.sliding_distance import distance_share
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.evaluation.wear.local import local_scenario, wear_locally
 from tribopipe.evaluation.wear.prediction import predict_wear, wear_scenario
@@ -63,6 +65,15 @@ def test_both_wear_as_published():
     assert point.bodies["ring"].wear_volume.value == pytest.approx(2e-16 * LOAD * SLID, rel=1e-12)
     pressed = LOAD / (WIDTH * 2.34932615e-3)
     assert point.contact.mean_pressure.value == pytest.approx(pressed, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("origin", "relative"),
+    [("derived from rotations", 0.002), ("derived from nominal speed", math.hypot(0.002, 0.005))],
+)
+def test_a_ring_gives_its_uncertainty_to_the_distance(origin, relative):
+    run = RawRun(read(block_on_ring()), {}, {"sliding_distance": origin}, {}, {}, ())
+    assert distance_share(run, DefaultUncertainty()) == pytest.approx(relative, rel=1e-12)
 
 
 def test_block_alone_wears_alike():
