@@ -15,17 +15,18 @@ Step = tuple[str, Callable[[], Outcome]]
 
 
 def figure_steps(archive: Archive, outcomes: Sequence[Outcome], formats: Sequence[str] = ()) -> list[Step]:
-    """Return what to draw after these steps: each run and study by its id, and the function that draws it.
+    """Return what to draw after these steps: each study and run by its id, and the function that draws it.
 
-    ``formats`` are those for print; none for figures of the screen.
+    Studies have the most to draw: a worker that began one last would keep the others waiting. ``formats`` are those
+    for print; none for figures of the screen.
     """
     how = {"formats": formats} if formats else {}
     sound = [outcome for outcome in outcomes if outcome.error is None]
     runs = _changed([outcome for outcome in sound if outcome.stage != "study"])
     studies = _changed([outcome for outcome in sound if outcome.stage == "study"])
     return [
-        *((name, partial(_draw, archive, name, new, run_is_drawn, save_run_figures, how)) for name, new in runs),
         *((name, partial(_draw, archive, name, new, study_is_drawn, save_study_figures, how)) for name, new in studies),
+        *((name, partial(_draw, archive, name, new, run_is_drawn, save_run_figures, how)) for name, new in runs),
     ]
 
 
