@@ -4,7 +4,7 @@ import { WIDTH } from "./sparkline";
 
 const AT_MOST_EM = 21;
 /** The padding of a cell, and a little more. */
-const ROOM_EM = 1.7;
+const ROOM_EM = 1.2;
 /** The sign of sorting. */
 const SIGN_EM = 0.9;
 /** The box to tick. */
