@@ -189,6 +189,14 @@ def test_radius_that_nothing_can_be_compared_with_is_named_without_being_asked(r
     assert "si3n4-air-400mN: note: contact.pin.radius: found a radius of 1.588 mm (a ball 3.176 mm" in said.stderr
 
 
+def test_check_refuses_an_id_that_another_run_has(run_cli, sample_run, tmp_path):
+    shutil.copytree(sample_run, tmp_path / "runs" / "copy")
+    shutil.copytree(sample_run, tmp_path / "runs" / "first")
+    result = run_cli("check", "runs", cwd=tmp_path)
+    assert result.exit_code == 1
+    assert "found the ID 'si3n4-air-400mN', which" in result.stderr
+
+
 def test_check_tells_of_every_run_though_one_cannot_be_read(run_cli, sample_run, other_run):
     set_key(sample_run, "radius", "0.794")
     result = run_cli("check", sample_run, other_run, "--json")

@@ -10,6 +10,7 @@ from tribopipe.base.column_formatting import number_column
 from tribopipe.cli.listing import Cells
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
+    RUN_TOML,
     Amend,
     ArchiveFolder,
     AsJson,
@@ -36,7 +37,7 @@ from tribopipe.cli.output import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from tribopipe.base.executor import Crew
     from tribopipe.documents.plan import TwinDiscTruth
@@ -71,12 +72,9 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
 
     Schema, units, time order, gaps, signs and magnitudes are checked. Exit code 1 on errors and warnings.
     """
-    from tribopipe.pipeline.stages import attempted
-
     folders, failures = run_folders(paths)
     documents, sound, codes = [], True, []
-    for path in folders:
-        looked = attempted(str(path), "ingest", partial(_looked_over, path))
+    for path, looked in _checked(folders):
         if looked.error is not None:
             failures.append(looked)
             continue
@@ -97,6 +95,24 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         print_json({"runs": documents + unread})
     if failures or not sound:
         raise typer.Exit(FAILED)
+
+
+def _checked(folders: list[Path]) -> "Iterator[tuple[Path, Outcome]]":
+    """Check each run; one whose ID an earlier one has is a failure."""
+    from tribopipe.base.errors import ManifestError
+    from tribopipe.pipeline.stages import Outcome, attempted
+
+    first: dict[str, Path] = {}
+    for path in folders:
+        looked = attempted(str(path), "ingest", partial(_looked_over, path))
+        other = path if looked.error else first.setdefault(looked.run_id, path)
+        if other != path:
+            error = ManifestError(
+                f"{path / RUN_TOML}: found the ID {looked.run_id!r}, which {other / RUN_TOML} has as well; expected a "
+                "different ID for each run; change id in one of them"
+            )
+            looked = Outcome.failed(str(path), "ingest", error)
+        yield path, looked
 
 
 def _looked_over(path: Path) -> "Outcome":
