@@ -406,11 +406,13 @@ def test_force_redoes_every_step_with_the_same_result(run_cli, sample_run, archi
 )
 @pytest.mark.usefixtures("sample_run")
 def test_command_done_twice_says_unchanged(run_cli, archive, command):
-    run_cli(*command, cwd=archive.parent)
+    first = run_cli(*command, cwd=archive.parent)
     before = tree_bytes(archive)
     result = run_cli(*command, cwd=archive.parent)
     assert result.exit_code == 0
     assert "unchanged, nothing to do" in result.output
+    if command[0] != "ingest":
+        assert result.stdout == f"{first.stdout.splitlines()[-1]}\n"
     assert tree_bytes(archive) == before
 
 

@@ -1,6 +1,7 @@
 """Commands for single steps of runs: correct-drift, fit."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -106,7 +107,9 @@ def _advanced(
     from tribopipe.pipeline.stages import advance, compared
 
     steps = (advance(store, run_id, name, how, force=name in forced) for name in names)
-    return compared(store, run_id, steps)
+    for outcome in compared(store, run_id, steps):
+        asked = outcome.status == "unchanged" and outcome.step == names[-1]
+        yield replace(outcome, worded=store.manifest(run_id).worded) if asked else outcome
 
 
 _Stage = Literal["drift_correction", "wear_fit"]
@@ -126,6 +129,9 @@ def _each(ids: list[str], stage: _Stage, steps: _Steps, who: "Crew") -> "list[Ou
             outcomes = [Outcome.failed(run_id, stage, answer)] if isinstance(answer, TribopipeError) else answer
             for outcome in outcomes:
                 tell(outcome)
+                # Whoever asks again is told again.
+                if outcome.stage == stage and outcome.status == "unchanged":
+                    print_result(f"{run_id}: {outcome.worded(str(outcome.result))}")
             found[run_id] = [outcome for outcome in outcomes if outcome.stage != "clean_up"]
             moved(run_id)
     return [outcome for run_id in ids for outcome in found[run_id]]
