@@ -52,12 +52,14 @@ def rows(setting: Setting) -> Iterator[Row]:
     # Each command is to load the package of its own work tree.
     os.environ.pop("PYTHONPATH", None)
     earlier = setting.earlier.resolve()
-    samples = earlier / "sample_runs"
+    samples, count = earlier / "sample_runs", setting.of(_MANY, small=_FEW)
+    short_runs(setting.folder / "runs", count)
+    whole = setting.folder / "runs" if setting.small else samples
     for how, at_least in (((), 4.0), (("-j", "1"), 2.5)):
         yield Pair(
             " ".join(("`process` on 14 runs and 3 studies", *how)),
-            processed(HERE, samples, setting.folder / "ours", *how),
-            processed(earlier, samples, setting.folder / "theirs"),
+            processed(HERE, whole, setting.folder / "ours", *how),
+            processed(earlier, whole, setting.folder / "theirs"),
             "earlier version, without options: one process",
             at_least=at_least,
             repeats=_REPEATS,
@@ -71,8 +73,6 @@ def rows(setting: Setting) -> Iterator[Row]:
         "earlier version",
         at_least=10.0,
     )
-    count = setting.of(_MANY, small=_FEW)
-    short_runs(setting.folder / "runs", count)
     plain = "-j", "2", "--recipe", str(quick_recipe(setting.folder))
     yield Pair(
         f"`process -j 2` on {count} runs",
