@@ -76,6 +76,12 @@ def test_rate_without_running_in_is_steady_and_says_nothing():
     assert not any("running-in" in note for note in found.notes)
 
 
+def test_a_steady_rate_of_nothing_is_no_divisor():
+    """Where wear stopped after running-in, the overall rate was said to be -4.6e+15 times the steady one."""
+    (told,) = (note for note in specific_wear(weighed(np.full(STOPS, DENSITY * RAN_IN))).notes if "running-in" in note)
+    assert told.startswith("the overall wear rate of the pin is clearly different from its steady-state rate, which")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ran_in", [0.0, 0.5 * RAN_IN, RAN_IN])
 @pytest.mark.parametrize("scatter", [1.0, 5.0])

@@ -264,6 +264,14 @@ def test_noise_of_the_channel_and_one_load_are_no_course():
     assert load_course(pressed(np.zeros(len(DISTANCE)))) is None
 
 
+def test_a_channel_below_zero_without_contact_undoes_no_wear():
+    """Noise about zero before the contact adds up to less than nothing; a negative volume has no depth."""
+    course = load_course(pressed(np.where(DISTANCE < 50, -0.001, 0.2)))
+    assert course is not None
+    assert np.all(np.diff(course.path) >= 0)
+    assert np.all(course.path[course.distance < 50] == 0)
+
+
 @pytest.mark.parametrize("load", [0.4 * RAMP / 0.2, 0.4 * RAMP[::-1] / 0.2], ids=["up", "down"])
 @pytest.mark.parametrize("scar", [True, False], ids=["with the scar", "by the depth signal alone"])
 def test_k_d_of_a_ball_under_a_ramp_is_that_of_its_depth_signal(load, scar):

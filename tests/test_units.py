@@ -293,6 +293,22 @@ def test_a_revolution_is_a_cycle_of_a_frequency(text):
     assert parse(text, "frequency") == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("unit", ["gr", "mgr", "gr/cm^3", "gr*m"])
+def test_grams_that_may_be_grains_are_refused(unit):
+    """A mass loss of "1.2 gr" was 78 mg."""
+    assert not is_unit(unit)
+    with pytest.raises(UnitError, match="not a unit"):
+        parse(f"1.2 {unit}", "mass")
+
+
+@pytest.mark.parametrize("text", ["3 cycles", "3 cycle", "3 turns", "3 revolutions", "3e-3 kcycle", "1080 deg", "3"])
+def test_a_revolution_is_one_of_a_count(text):
+    """pint counts it in radians: cycles in a column gave 2π times the sliding distance."""
+    number, _, unit = text.partition(" ")
+    assert parse(text, "count") == pytest.approx(3, rel=1e-15)
+    assert to_si(np.array([float(number)]), unit, "count") == pytest.approx(3, rel=1e-15)
+
+
 @pytest.mark.parametrize(
     "text", ["0.2 Nm", "200 mNm", "200 Nmm", "20 Ncm", "0.2 N m", "200 N·mm", "0.2 N*m", "20 cNm", "0.2 N-m"]
 )

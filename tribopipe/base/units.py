@@ -132,8 +132,10 @@ _POWER = r"(?:\^|\*\*)\s*(?:[+-]?\d{1,2}(?:\.\d)?|\([+-]?\d{1,2}(?:/\d{1,2})?\))
 _UNIT = re.compile(rf"(?:(?:[^\W\d_]\w*+|\))(?:\s*{_POWER})?|1(?=\s*/)|[%*/.(\s])+")
 """Names, small powers and the signs between them: pint would go on to compute 9^9^9, and skip what it does not know."""
 _ANGLE = re.compile("rad|deg|°|rpm|rps|rev|turn|cycle")
-"""In units of angle per time. Any other rotational speed, such as 1/min or Hz, is given in revolutions; of a frequency
-with such a unit, a revolution is one cycle."""
+"""In units of angle. Any other rotational speed, such as 1/min or Hz, is given in revolutions; of a frequency or a
+count with such a unit, a revolution is one."""
+_GRAMS_OR_GRAINS = re.compile(r"(?<!\w)[kmu]?gr(?!\w)")
+"""Grams as many labs write them, which by the rules are grains, of 64.8 mg."""
 _WIDTH_IN_SPREADS = 2 * 1.959963985
 """Width of the 95 % interval of a normal distribution in standard uncertainties."""
 _MOST_DECIMALS = 7
@@ -181,6 +183,8 @@ def _unit(text: str) -> _Unit:
     if cleaned in ORDINARY:
         dimension, slope = ORDINARY[cleaned]
         return _Unit(dimension, Decimal(slope), Decimal(OFFSETS.get(cleaned, 0)))
+    if _GRAMS_OR_GRAINS.search(cleaned):
+        raise ValueError("may be grams or grains")
     if len(cleaned) > _LONGEST_UNIT or not _UNIT.fullmatch(cleaned):
         raise ValueError("too long for a unit, or contains characters that do not occur in units")
     return _by_pint(cleaned)
@@ -233,7 +237,8 @@ def _checked_unit(text: str, kind: str) -> _Unit:
     in_angles = bool(_ANGLE.search(_as_by_the_rules(text)))
     if kind == "rotational speed" and not in_angles:
         return unit._replace(slope=unit.slope * Decimal(math.tau))
-    return unit._replace(slope=unit.slope / Decimal(math.tau)) if kind == "frequency" and in_angles else unit
+    counted = kind in ("frequency", "count") and in_angles
+    return unit._replace(slope=unit.slope / Decimal(math.tau)) if counted else unit
 
 
 def parse(text: str, kind: str) -> float:

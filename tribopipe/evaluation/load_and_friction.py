@@ -78,7 +78,8 @@ def load_course(run: RawRun, per_progress: float = 1.0) -> LoadCourse | None:
     if recorded_load(run) is None:
         return None
     distance = np.linspace(0.0, float(np.nanmax(run.columns["sliding_distance"])), _STRETCHES + 1)
-    path = load_path(run, distance)
+    # Without contact the channel reads noise about zero, or a little less: no wear is undone.
+    path = np.maximum.accumulate(load_path(run, distance))
     if not path[-1] > 0:
         return None
     path = path * (distance[-1] / path[-1])

@@ -293,9 +293,11 @@ def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
     for name, rate in rates.items():
         overall, steady = rate.specific_wear_rate, rate.steady_rate
         if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
-            times = overall.value / steady.value
+            certain = abs(steady.value) > CLEARLY * (steady.standard_uncertainty or 0.0)
+            times = f"{overall.value / steady.value:.2g} times" if certain else "clearly different from"
+            about = "" if certain else ", which is zero within its uncertainty"
             yield (
-                f"the overall wear rate of the {spoken(name)} is {times:.2g} times its steady-state rate, because of "
+                f"the overall wear rate of the {spoken(name)} is {times} its steady-state rate{about}, because of "
                 "running-in"
             )
 
