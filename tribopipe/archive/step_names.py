@@ -30,10 +30,10 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 2,
-    "drift_correction": 10,
+    "drift_correction": 11,
     "friction_fit": 7,
     "specific_wear": 9,
-    "wear_fit": 15,
+    "wear_fit": 16,
     "prediction": 10,
     "local_wear": 1,
     "study": 12,

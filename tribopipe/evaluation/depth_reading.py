@@ -16,7 +16,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, groove_alone
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.physics.calculation_methods import WearEngine
@@ -215,7 +215,7 @@ def pin_reading(
     free
         Columns of what else is free, shape (blocks, n).
     """
-    groove = Groove.of(run, end, recipe)
+    groove = Groove.of(run, end, recipe) or Groove.unseen(end, recipe)
     alone = groove is not None and end is None
 
     def of_pin(end_depth: float, distance: Column) -> Column:
@@ -257,6 +257,19 @@ class Groove:
         used = groove_alone(run, recipe.uncertainty) if end is None else end.disc
         tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
         return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)
+
+    @classmethod
+    def unseen(cls, end: EndWear | None, recipe: Recipe) -> "Groove | None":
+        """Return the groove that nobody measured, 0 within what it may be, next to a pin whose volume was measured.
+
+        The volume holds with and without a groove, but the sensor has read the groove as well. Next to a pin of which
+        a depth or a scar was measured, the groove is an input of k_D.
+        """
+        if end is None or end.disc is not None or end.pin.name not in PIN_VOLUMES or not end.tip.widens:
+            return None
+        depth = max(end.pin_depth.value, 0.0)
+        spread = recipe.uncertainty.unseen_groove * depth
+        return cls(end.tip, Quantity(value=0.0, unit="m", standard_uncertainty=spread), depth) if spread else None
 
     def deepened(self, depth: Column, worn: Column, end_depth: float) -> Column:
         """Return the depth of the pin, m, which was deeper on its way than on a plane, while the groove was shallow."""

@@ -48,7 +48,7 @@ from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.unmeasured_groove import wear_of_both
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.depth_model.block_averages import baseline
-from tribopipe.physics.depth_model.posterior import depth_posterior
+from tribopipe.physics.depth_model.posterior import DepthPosterior, depth_posterior
 from tribopipe.results.evaluation import DepthModel, DriftCorrection
 from tribopipe.results.finding import Finding, reworded
 from tribopipe.results.run import CorrectedRun, RawRun
@@ -241,7 +241,7 @@ def _by_model(
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
     correction = reworded(correction.model_copy(update=changed), run.manifest.worded)
-    return CorrectedRun(run, correction, wear, wander, _part_of_pin(end, wear))
+    return CorrectedRun(run, correction, wear, wander, _part_of_pin(end, wear, _groove(end, posterior)))
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:
@@ -294,14 +294,25 @@ def _two_step(
         disc_wear_depth=end.disc.quantity if isinstance(end, EndWear) and end.disc else None,
         approach=approach,
     )
-    return CorrectedRun(run, reworded(correction, run.manifest.worded), wear, None, _part_of_pin(end, wear))
+    return CorrectedRun(
+        run, reworded(correction, run.manifest.worded), wear, None, _part_of_pin(end, wear, _groove(end))
+    )
 
 
-def _part_of_pin(end: EndWear | DiscEndWear | None, wear: Column) -> Column | None:
+def _groove(end: EndWear | DiscEndWear | None, posterior: DepthPosterior | None = None) -> float:
+    """Return the depth of the groove next to a pin that was measured, m: as measured, or what the reading has of it."""
+    if isinstance(end, EndWear) and end.disc is not None:
+        return end.disc.quantity.value
+    if not isinstance(end, EndWear) or posterior is None or not posterior.reading.known:
+        return 0.0
+    return float(posterior.terms[0][posterior.first_known])
+
+
+def _part_of_pin(end: EndWear | DiscEndWear | None, wear: Column, groove: float) -> Column | None:
     """Return the pin's part of the wear of both bodies, m, as they wear together; None if the pin was not measured."""
     if not isinstance(end, EndWear):
         return None
-    pin, groove = end.pin_depth.value, 0.0 if end.disc is None else end.disc.quantity.value
+    pin = end.pin_depth.value
     if pin <= 0 or groove <= 0 or not end.tip.widens:
         return wear * (pin / (pin + groove) if pin + groove else 1.0)
     depths = pin * _ON_THE_WAY

@@ -12,7 +12,7 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
-from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_notes, pin_values, tip_radius
+from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip, pin_notes, pin_values, tip_radius
 from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths, combined
 from tribopipe.evaluation.measurements.worn_pair import (
     APPROACHES,
@@ -120,14 +120,15 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
     Parameters
     ----------
     end
-        What gives the depth of the pin; where the disc was measured, or the pin is flat, the answer is 1.
+        What gives the depth of the pin; where its volume or the disc was measured, or the pin is flat, the answer is 1.
     share
         Depth of the groove over that of the pin.
     by_sensor
         Whether the depth is what a displacement sensor has seen, the groove included, rather than that of the pin.
     """
     depth, tip = end.pin_depth.value, end.tip
-    if end.disc is not None or not tip.widens or not depth > 0:
+    known = end.disc is not None or (end.pin.name in PIN_VOLUMES and not by_sensor)
+    if known or not tip.widens or not depth > 0:
         return 1.0
     contact = tip.on_track(tip.radius)
     if by_sensor:

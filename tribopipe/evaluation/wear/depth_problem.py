@@ -450,13 +450,26 @@ class DepthProblem(WearProblem):
             step = 1e-3 * self._together[0]
             low, high = one.course(np.asarray([self._together[0] - step, self._together[0] + step]))
             found[name] = variance * (high - low) / (2 * step) / one.uncertainty * self._per_depth
-        if self.reading.known and self.inputs["disc_end_value"].spread:
-            place = self.reading.columns.shape[1] - self.reading.optional.columns.shape[1] - len(self.reading.known)
-            covariance = self.posterior.terms_per_depth[place] * self.posterior.together[1] ** 2
-            by_depth = covariance / self.inputs["disc_end_value"].spread * self._per_depth
+        if self.reading.known and "disc_end_value" in self.inputs and self.inputs["disc_end_value"].spread:
             low, high = np.ravel(self._log_coefficient(self.moved(["disc_end_value"])))
+            by_depth = self._with_groove / self.inputs["disc_end_value"].spread * self._per_depth
             found["disc_end_value"] = by_depth + float(high - low) / 2
         return {name: by for name, by in found.items() if self.inputs[name].spread}
+
+    @property
+    def _with_groove(self) -> float:
+        """Covariance of H and the groove of the reading, m²."""
+        return float(self.posterior.terms_per_depth[self.posterior.first_known] * self.posterior.together[1] ** 2)
+
+    @property
+    def by_unseen_groove(self) -> float:
+        """Relative standard uncertainty of k_D by a groove that nobody measured; 0 where one was, or matters not."""
+        if "unseen_groove" in self.inputs:
+            return self.inputs["unseen_groove"].spread
+        if self.end.disc is not None or not self.reading.known or self.basis == "measurement":
+            return 0.0
+        spread = float(self.posterior.terms[1][self.posterior.first_known])
+        return abs(self._with_groove) / spread * self._per_depth
 
     def random_uncertainty(self, coefficient: float) -> float:  # noqa: ARG002
         """Return the standard uncertainty of ln k_D by noise, drift and all else that the reading alone leaves open."""

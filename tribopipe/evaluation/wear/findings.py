@@ -118,8 +118,8 @@ def wear_findings(problem: DepthProblem, two_step: Quantity | None = None) -> It
     yield from _events(problem)
     if problem.end.disc is not None and problem.end.groove_by_signal:
         yield _groove_by_signal(problem.end.disc.quantity)
-    if "unseen_groove" in problem.inputs:
-        yield unseen_groove(problem.run, problem.inputs["unseen_groove"].spread, problem.recipe)
+    if problem.by_unseen_groove:
+        yield unseen_groove(problem.run, problem.by_unseen_groove, problem.recipe)
 
 
 def prior_findings(problem: DepthProblem, coefficient: Quantity) -> Iterator[Finding]:

@@ -229,6 +229,12 @@ class DepthPosterior:
         square[plain:] -= mean[plain:] ** 2
         return mean[1:], np.sqrt(np.maximum(square, 0.0))[1:]
 
+    @property
+    def first_known(self) -> int:
+        """Number of the first term of known shape among the coefficients of columns."""
+        reading = self.reading
+        return int(reading.columns.shape[1] - reading.optional.columns.shape[1] - len(reading.known))
+
     @cached_property
     def terms_per_depth(self) -> Column:
         """By how much the coefficient of each column changes with H."""
