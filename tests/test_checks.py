@@ -894,6 +894,14 @@ LESS = {
         both(manifest(conditions__sliding_speed="0.85 mm/s"), THERE_AND_BACK),
     ),
     "stop at a stated interruption": ("recording_gap", both(INTERRUPTED, stopped)),
+    "sensor at a lever whose ratio is stated": (
+        "implausible_depth",
+        both(manifest(sensors__depth_scale=0.5), column("depth", lambda depth: 2 * depth)),
+    ),
+    "sampling rate that changes after the start": (
+        "recording_gap",
+        column("time", lambda time: time + 5.0 * np.maximum(np.arange(len(time)) - 600, 0)),
+    ),
     "speed of a test with a stop": ("distance_not_planned", stopped),
     "speed of a test with a recorded stop": (
         "distance_not_planned",

@@ -213,6 +213,13 @@ def test_top_ball_wears_in_three_contacts_a_turn():
     assert section == pytest.approx(above / (2 * np.pi * RADIUS / np.sqrt(3)), rel=1e-12)
 
 
+def test_other_balls_touch_in_another_circle():
+    run = read(four_balls())
+    other = run.model_copy(update={"contact": run.contact.resized(Quantity(value=5e-3, unit="m"))})
+    for manifest, radius in ((run, RADIUS), (other, 5e-3)):
+        assert manifest.path.value == pytest.approx(2 * np.pi * radius / np.sqrt(3) / 3, rel=1e-12)
+
+
 def test_k_d_of_the_top_ball_is_that_of_all_its_contacts(worn):
     run, manifest = read_run(worn), json.loads(json.dumps(four_balls()))
     lost = 2.4e-12
@@ -221,6 +228,8 @@ def test_k_d_of_the_top_ball_is_that_of_all_its_contacts(worn):
     slid = float(run.sliding_distance[-1])
     assert list(fit.bodies) == ["top_ball"]
     assert fit.k_d.value == pytest.approx(lost / (3 * LOAD / np.sqrt(6) * slid), rel=1e-9)
+    (volume,) = (part.value for part in fit.first.budget if part.name == "top ball wear volume")
+    assert volume.value == pytest.approx(lost, rel=1e-9)  # as run.toml states it, not a third of it
 
 
 PLAN = """\

@@ -121,6 +121,11 @@ class BlockOnRing(SlidingPin):
         return math.inf, self.ring.radius.value
 
     @property
+    def own_track_radius(self) -> Quantity:
+        """Radius of the ring, m."""
+        return self.ring.radius
+
+    @property
     def alike(self) -> dict[str, object]:
         """What else than the materials runs must have in common for one k_D, by its name."""
         return {"block width in m": self.block.width.value, "ring radius in m": self.ring.radius.value}

@@ -278,6 +278,11 @@ class Contact(Record):
         return self.contacts_per_turn if role == self.roles[1] else 1
 
     @property
+    def own_track_radius(self) -> Quantity | None:
+        """Track radius that the bodies determine, m; None if the conditions state it."""
+        return None
+
+    @property
     def in_roles(self) -> dict[str, Specimen]:
         """The two bodies by role."""
         return dict(zip(self.roles, self.bodies.values(), strict=True))

@@ -74,6 +74,11 @@ class FourBall(SlidingBall):
         """The pin of the radius R/2."""
         return self.pin.model_copy(update={"radius": scaled(self.ball.diameter, 0.25)})
 
+    @property
+    def own_track_radius(self) -> Quantity:
+        """Radius of the circle on which the balls touch, m."""
+        return _circle(self.ball.diameter)
+
     def friction_arm(self, _: float | None, /) -> float:
         """Return R/√2, m, so that the force over the load applied is μ."""
         return self.ball.diameter.value / (2 * math.sqrt(2))

@@ -679,9 +679,15 @@ class RunManifest(Record):
 
     @property
     def path(self) -> Quantity | None:
-        """Sliding distance between two contacts that one place of a track meets, m; None if it is unknown."""
-        path = self.conditions.path
-        return path if path is None or self.contact is None else scaled(path, 1 / self.contact.contacts_per_turn)
+        """Sliding distance between two contacts that one place of a track meets, m; None if it is unknown.
+
+        Where the bodies determine the track, it is that of the bodies, which may be other ones than were read.
+        """
+        if self.contact is None:
+            return self.conditions.path
+        own, conditions = self.contact.own_track_radius, self.conditions
+        path = conditions.path if own is None else conditions.model_copy(update={"track_radius": own}).path
+        return None if path is None else scaled(path, 1 / self.contact.contacts_per_turn)
 
     @property
     def friction_arm(self) -> float | None:

@@ -24,8 +24,8 @@ from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
 
 _FEWEST = 2
-_GAP = 10.0
-"""A step this many times the median step is a gap."""
+_GAP, _AROUND = 10.0, 11
+"""A step this many times the median step, of all and of so many around it, is a gap."""
 _NEAR = 0.01
 """Share of a test within which an interruption is where it is stated."""
 _LEAST_FRICTION = 1e-3
@@ -368,7 +368,8 @@ def recording_gap(run: RawRun) -> Iterator[Trouble]:
     steps = np.diff(run.columns["time"])
     steps = steps[np.isfinite(steps)]
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    gaps = [gap for gap in np.flatnonzero(steps > _GAP * usual).tolist() if not _is_stated_stop(run, gap)]
+    long = np.flatnonzero(steps > _GAP * np.maximum(usual, _around(steps)))
+    gaps = [gap for gap in long.tolist() if not _is_stated_stop(run, gap)]
     if usual and gaps:
         yield Trouble(
             "time",
@@ -376,6 +377,13 @@ def recording_gap(run: RawRun) -> Iterator[Trouble]:
             f"expected steps of {usual:.3g} s",
             "check whether the test was stopped there" + (_COUNTED if _by_the_clock(run) else ""),
         )
+
+
+def _around(steps: Column) -> Column:
+    """Return the median of the sampling intervals around each one: from where the rate was changed, that of the new."""
+    from scipy.ndimage import median_filter
+
+    return np.asarray(median_filter(steps, size=_AROUND, mode="nearest")) if len(steps) else steps
 
 
 def _gaps(count: int) -> str:
@@ -587,9 +595,10 @@ def interruption_after_end(run: RawRun) -> Iterator[Trouble]:
 @check("warning")
 def implausible_depth(run: RawRun) -> Iterator[Trouble]:
     """Compare the rise of the depth reading with the post-test measurement: sign, unit or a broken sensor."""
-    depth = run.columns.get("depth")
-    if depth is None or np.count_nonzero(np.isfinite(depth)) < _FEWEST:
+    read = run.columns.get("depth")
+    if read is None or np.count_nonzero(np.isfinite(read)) < _FEWEST:
         return
+    depth = run.manifest.depth_scale.value * read
     span = float(np.nanmax(depth) - np.nanmin(depth))
     name, radius = _worn_radius(run.manifest)
     if radius is not None and span > radius.value:

@@ -245,12 +245,12 @@ def _body(place: int, draws: VolumeDraws, asked: Question) -> BodyVerdict:
     run, problem = draws.run, draws.run.problem
     body, end = run.bodies[place], np.asarray([problem.slid])
     best, drawn = asked.of(body)
-    work = problem.work(problem.values, end)
+    work = problem.work(body, problem.values, end)
     comparison = Comparison(
         np.atleast_1d(problem.volume(body, problem.values)),
         best * work,
         np.asarray(problem.volume(body, draws.values)),
-        drawn[:, None] * problem.work(draws.values, end),
+        drawn[:, None] * problem.work(body, draws.values, end),
     )
     outcome = decide(comparison, lambda factor: factor * best * work, DECISIVE / len(asked.bodies))
     own = KnownCoefficient(float(run.coefficients[place]), draws.coefficients[:, place], best, drawn)
@@ -263,7 +263,8 @@ def _curve(body: str, draws: VolumeDraws, asked: Question) -> StudyCurve:
     best, drawn = asked.of(body)
     places = np.linspace(0.0, problem.slid, CURVE_PLACES)
     some = {name: column[:CURVE_DRAWS] for name, column in draws.values.items()}
-    line, band = best * problem.work(problem.values, places), drawn[:CURVE_DRAWS, None] * problem.work(some, places)
+    line = best * problem.work(body, problem.values, places)
+    band = drawn[:CURVE_DRAWS, None] * problem.work(body, some, places)
     return volume_curve(run.member.id, body, asked, run.contact.progress.signal, places, line, band)
 
 

@@ -6,7 +6,7 @@ what the uncertainties are made of.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.quantity import Quantity, scaled, wear_coefficient
+from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
@@ -227,6 +227,8 @@ class VolumeFit:
     limits: tuple[str, ...] = ()
     """Assumptions about the contact."""
     findings: tuple[Finding, ...] = ()
+    contacts: Mapping[str, int] = field(default_factory=dict)
+    """In how many contacts each body wears; in one where none is named."""
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -234,13 +236,16 @@ class VolumeFit:
         return best_values(self.inputs)
 
     def volume(self, body: str, values: Values) -> Numbers:
-        """Return what a body has lost in one contact, m³."""
+        """Return what a body has lost in all its contacts, m³."""
         shared = values.get(scale_of(body), 1.0) * values.get(unseen_groove_of(body), 1.0)
         return values[volume_of(body)] * shared
 
-    def work(self, values: Values, places: Column) -> Column:
-        """Return F_N·S at sliding distances, N·m: (places,), or (draws, places) of columns of values."""
-        return np.asarray(values["normal_load"] * self.effective(values, places))
+    def work(self, body: str, values: Values, places: Column) -> Column:
+        """Return F_N·S of all contacts of a body at sliding distances, N·m.
+
+        Its shape is (places,), or (draws, places) of columns of values.
+        """
+        return np.asarray(self.contacts.get(body, 1) * values["normal_load"] * self.effective(values, places))
 
     def effective(self, values: Values, places: Column) -> Column:
         """Return S, m, in which Archard's law would wear as much as this one until sliding distances, m."""
@@ -257,8 +262,10 @@ class VolumeFit:
 
     def coefficients(self, values: Values) -> Column:
         """Return k_D, m²/N: (bodies,), or (draws, bodies) of columns of values."""
-        work = self.work(values, np.asarray([self.slid]))
-        return np.concatenate([self.volume(body, values) / work for body in self.bodies], axis=-1)
+        end = np.asarray([self.slid])
+        return np.concatenate(
+            [self.volume(body, values) / self.work(body, values, end) for body in self.bodies], axis=-1
+        )
 
     def draw(self, rng: Generator, count: int) -> Column:
         """Draw k_D of each body, m²/N: (draws, bodies)."""
@@ -290,9 +297,9 @@ class VolumeFit:
     @cached_property
     def scale(self) -> Column:
         """Size of each k_D, m²/N: without wear, of that which would have been noticed."""
-        found = np.abs(self.coefficients(self.values))
-        noticed = np.array([self.inputs[volume_of(body)].spread for body in self.bodies])
-        return np.where(found > 0, found, noticed / self.work(self.values, np.asarray([self.slid])))
+        found, end = np.abs(self.coefficients(self.values)), np.asarray([self.slid])
+        noticed = [self.inputs[volume_of(body)].spread / self.work(body, self.values, end)[0] for body in self.bodies]
+        return np.where(found > 0, found, noticed)
 
     def _sensitivity(self, name: str) -> Column:
         """Return ∂ln k/∂x of each body, by central differences over the standard uncertainty."""
@@ -331,11 +338,15 @@ def volume_fit(
     end = float(np.nanmax(slid))
     law, limits, load = law_as_given(model, recipe), run.manifest.described.limits, load_course(run)
     findings = tuple(unseen_groove(run, way.unseen_groove, recipe) for way, _ in lost.values() if way.unseen_groove)
-    return VolumeFit(model, law, end, tuple(lost), inputs, known.path, known.covariance, load, limits, findings)
+    contact = run.manifest.sliding_pin
+    contacts = {contact.body_name(role): contact.contacts_of(role) for role in contact.roles}
+    return VolumeFit(
+        model, law, end, tuple(lost), inputs, known.path, known.covariance, load, limits, findings, contacts
+    )
 
 
 def _lost(run: RawRun, recipe: Recipe, signal: SignalDepths | None) -> dict[str, tuple[BodyLoss, Quantity]]:
-    """Return what each body has lost in one contact, m³, and the way that gives it most certainly.
+    """Return what each body has lost, m³, and the way that gives it most certainly.
 
     It is below zero if a body has gained.
     """
@@ -343,7 +354,7 @@ def _lost(run: RawRun, recipe: Recipe, signal: SignalDepths | None) -> dict[str,
     for role, ways in pin_on_disc_wear(run, recipe.uncertainty, signal=signal).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
         if best is not None and best.volume is not None and _is_known(best.volume):
-            found[body] = best, scaled(best.volume, 1 / contact.contacts_of(role))
+            found[body] = best, best.volume
     return found
 
 
