@@ -52,6 +52,7 @@ _AT_REST = 1e-2
 _SHORTEST_REST = 10
 """Samples of the shortest rest."""
 _MOST_STOPS = 5
+"""A distance that stays the same more often than this is recorded in coarse steps."""
 
 
 @dataclass(frozen=True)
