@@ -16,7 +16,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, groove_alone
-from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip
+from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.physics.calculation_methods import WearEngine
@@ -265,7 +265,7 @@ class Groove:
         The volume holds with and without a groove, but the sensor has read the groove as well. Next to a pin of which
         a depth or a scar was measured, the groove is an input of k_D.
         """
-        if end is None or end.disc is not None or end.pin.name not in PIN_VOLUMES or not end.tip.widens:
+        if end is None or end.disc is not None or not end.by_volume or not end.tip.widens:
             return None
         depth = max(end.pin_depth.value, 0.0)
         spread = recipe.uncertainty.unseen_groove * depth

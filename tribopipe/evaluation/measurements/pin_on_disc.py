@@ -67,6 +67,11 @@ class EndWear:
         return replace(self, pin=pin, disc=disc)
 
     @property
+    def by_volume(self) -> bool:
+        """Whether a volume or a mass of the pin was measured, which a groove next to it does not change."""
+        return self.pin.name in PIN_VOLUMES
+
+    @property
     def total(self) -> Quantity:
         """Wear of pin and disc together, m: what a displacement sensor has seen."""
         if self.disc is None:
@@ -127,7 +132,7 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
         Whether the depth is what a displacement sensor has seen, the groove included, rather than that of the pin.
     """
     depth, tip = end.pin_depth.value, end.tip
-    known = end.disc is not None or (end.pin.name in PIN_VOLUMES and not by_sensor)
+    known = end.disc is not None or (end.by_volume and not by_sensor)
     if known or not tip.widens or not depth > 0:
         return 1.0
     contact = tip.on_track(tip.radius)
