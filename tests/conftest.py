@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
+from contextvars import copy_context
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -185,7 +186,7 @@ def run_cli(monkeypatch, capsys):
                 patch.chdir(cwd)
             capsys.readouterr()
             with pytest.raises(SystemExit) as stopped:
-                main()
+                copy_context().run(main)  # what a command sets (--json) must not outlive it
         shown = capsys.readouterr()
         return Finished(stopped.value.code or 0, shown.out, shown.err)
 

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from contextvars import copy_context
 from pathlib import Path
 
 from tribopipe.cli import options
@@ -20,7 +21,7 @@ def session(commands: list[list[str]]) -> None:
         sys.stdout.write(MARK)
         sys.stdout.flush()
         try:
-            main()
+            copy_context().run(main)  # what one command sets (--json) is not for the next
             code = 0
         except SystemExit as ended:
             code = ended.code or 0
