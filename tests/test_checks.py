@@ -126,6 +126,13 @@ def straight(depth):
     return Profile(position, -depth * np.maximum(0.0, 1 - (position / 1e-4) ** 2))
 
 
+def rough(scale):
+    """A profile of a groove 1 µm deep in a polished surface where the scale is 1e-6; of another one in another unit."""
+    even = straight(1.0)
+    noise = 0.02 * np.random.default_rng(7).standard_normal(len(even.position))
+    return Profile(even.position, scale * (even.height + noise))
+
+
 def without_middle(width):
     """A profile of a groove without the heights in its middle."""
     whole = straight(1e-6)
@@ -386,6 +393,12 @@ CASES = {
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(1e-3)}),
         "end_values.disc_profile",
         lambda run: replace(run, profiles={"end_values.disc_profile": straight(4e-6)}),
+    ),
+    "profile_height": (
+        "warning",
+        lambda run: replace(run, profiles={"end_values.disc_profile": rough(1e-9)}),
+        "end_values.disc_profile",
+        lambda run: replace(run, profiles={"end_values.disc_profile": rough(1e-6)}),
     ),
     "elastic_scar": (
         "warning",

@@ -91,6 +91,31 @@ def test_a_recorded_coefficient_is_not_replaced_by_another(tmp_path):
         read_run(made(tmp_path, rows, names=names, load="250 mN"))
 
 
+FACTORS = ["Revolutions [10^3]", "Revolutions (x1000)", "Laps [krev]", "N ×10³", "Umdr. [1000 Umdr.]", "count (1e3)"]
+
+
+def counted(folder, column, unit=""):
+    rows = [f"{row};{number / 1000:.3f}" for number, row in enumerate(ROWS)]
+    made(folder, rows, names=f"{NAMES};{column}", more=f"{MORE}rotations = {{ column = {column!r}{unit} }}\n")
+    path = folder / "run.toml"
+    text = path.read_text(encoding="utf-8").replace("[[signals]]", 'track_radius = "10 mm"\n[[signals]]')
+    path.write_text(text, encoding="utf-8")
+    return read_run(folder)
+
+
+@pytest.mark.parametrize("column", others_slow(FACTORS, FACTORS[0]))
+def test_a_factor_in_a_name_is_not_read_over(tmp_path, column):
+    with pytest.raises(ReaderError, match="which may be a factor; expected a unit for rotations"):
+        counted(tmp_path, column)
+    assert counted(tmp_path, column, ', unit = "kcount"').columns["rotations"][-1] == pytest.approx(1999)
+    assert counted(tmp_path, column, ', unit = "count"').columns["rotations"][-1] == pytest.approx(1.999)
+
+
+@pytest.mark.parametrize("column", ["Revolutions (total)", "cycles [1]", "max1000", "Laps (1000 Hz)", "Laps (Mcycles)"])
+def test_other_brackets_in_a_name_are_no_factor(tmp_path, column):
+    assert counted(tmp_path, column).columns["rotations"][-1] == pytest.approx(1.999e6 if "M" in column else 1.999)
+
+
 @pytest.mark.parametrize(
     ("names", "why"),
     [

@@ -219,6 +219,38 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     )
 
 
+def counting(folder: Path, rows: int, per_cycle: int, **stated: str) -> RawRun:
+    """A reciprocating test at 1 Hz for 100 s whose file counts so many times per cycle."""
+    time = np.linspace(0, 100, rows)
+    friction = np.where(np.sin(2 * np.pi * time) >= 0, 0.2, -0.2)
+    lines = [f"{t:.4f},{np.floor(per_cycle * t):g},{f:.3f}" for t, f in zip(time, friction, strict=True)]
+    text = "\n".join(["time [s],Revolutions,friction force [N]", *lines])
+    return run_of(folder, "log.csv", text.encode(), normal_load="1 N", stroke="5 mm", **stated)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stated", [{"frequency": "1 Hz"}, {"sliding_speed": "10 mm/s"}])
+def test_a_count_of_strokes_is_no_count_of_cycles(tmp_path, stated):
+    told = found_in(counting(tmp_path, 200, 2, **stated)).get("channels_disagree", [])
+    assert [one for one in told if one.startswith("rotations: found that dN/dt = n does not hold") and "2 times" in one]
+
+
+def test_a_count_of_cycles_breaks_no_identity(tmp_path):
+    found = found_in(counting(tmp_path, 4000, 1, frequency="1 Hz"))
+    assert not found.keys() & {"channels_disagree", "strokes_differ"}
+
+
+def test_counted_cycles_are_held_against_the_strokes_of_the_friction(tmp_path):
+    assert "strokes_differ" not in found_in(counting(tmp_path, 4000, 1))
+
+
+def test_counted_strokes_are_held_against_the_strokes_of_the_friction(tmp_path):
+    (told,) = found_in(counting(tmp_path, 4000, 2))["strokes_differ"]
+    assert told.startswith("rotations: found ")
+    assert "a frequency of 1 Hz; expected 2 Hz from the recorded cycles" in told
+    assert "which is to count reciprocating cycles, not strokes" in told
+
+
 @pytest.mark.slow
 def test_a_stroke_that_the_position_contradicts_is_flagged(tmp_path):
     found = found_in(run_of(tmp_path, "a.txt", umt(TRUTH), normal_load="1.9613 N", stroke="10 mm", frequency="1 Hz"))

@@ -26,6 +26,13 @@ T = TypeVar("T")
 _MOST = 1e60
 _GROUPED = re.compile(r"[+-]?\d{1,3}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?", re.ASCII)
 """Number whose thousands are separated."""
+_POWER = r"(?:10\s*(?:\^|\*\*)\s*[-+]?\d|10[⁻²³⁴⁵⁶]+|1000|1e-?\d)"
+_TURNS = r"(?:rev|turn|lap|cyc|rot|umdr|tour|obr)\w*\.?"
+_FACTOR = re.compile(
+    rf"[\[(]\s*(?:[x×*·]\s*)?(?:{_POWER}(?:\s*{_TURNS})?|[kM]\s?{_TURNS})\s*[\])]|(?<![^\W_])[x×]\s*{_POWER}(?!\w)",
+    re.IGNORECASE,
+)
+"""Factor in the name of a column, such as "[10^3]", "(krev)" or "x1000"."""
 
 
 def read_source(folder: Path, name: str, key: str = "signals.file", what: str = "signal file") -> SourceFile:
@@ -138,6 +145,13 @@ def column_in_si(
             "for a missing sample, or map another column"
         )
     unit = unit_for(kind, unit_of(column, source))
+    if unit is None and not needs_unit(kind) and (factor := _FACTOR.search(column.name)):
+        units = '"kcount" for thousands, or "count"' if kind == "count" else '"permille" for thousandths, or "1"'
+        raise ReaderError(
+            f"{file}, column {column.name!r}: found {factor[0]!r}, which may be a factor; expected a unit for "
+            f"{meaning}; add it in run.toml: {meaning} = {{ column = {column.name!r}, unit = … }}; enter {units} for "
+            "values without a factor"
+        )
     if unit is None and needs_unit(kind):
         raise ReaderError(
             f"{file}, column {column.name!r}: found no unit; expected a unit for {meaning}; add it in run.toml: "

@@ -252,6 +252,9 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if role not in values and quantity is not None:
             values[role] = quantity.value
             labels[role] = f"conditions.{'normal_load' if role == 'normal_force' else role}"
+    cycles = _stated_cycles(run)
+    if cycles is not None and "rotational_speed" not in values:
+        values["rotational_speed"], labels["rotational_speed"] = math.tau * cycles.value, cycles.where
     slid = run.manifest.progress.signal == "sliding_distance"
     if slid and run.origins["sliding_distance"] == "derived from nominal speed":
         values["sliding_distance"], labels["sliding_distance"] = run.sliding_distance, "conditions.sliding_speed"
@@ -311,7 +314,7 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
         frequency, tolerance = 1 / (2 * period), max(stated.tolerance, 2 * step / period / len(found.strokes))
         if abs(frequency - stated.value) > tolerance * stated.value:
             yield Trouble(
-                f"conditions.{stated.key}",
+                stated.where,
                 f"found {len(found.strokes)} strokes of {period:.4g} s each in {found.name}, that is, a frequency "
                 f"of {frequency:.4g} Hz; expected {stated.words} within {100 * tolerance:.2g} %",
                 f"correct {stated.remedy}; the sliding distance is computed from {stated.key}",
@@ -321,7 +324,7 @@ def strokes_differ(run: RawRun) -> Iterator[Trouble]:
 
 
 class _Frequency(NamedTuple):
-    """A stated frequency of the strokes, 1/s, and the share of it by which the recorded one may differ."""
+    """A stated or counted frequency of the cycles, 1/s, and the share of it by which the recorded one may differ."""
 
     key: str
     value: float
@@ -329,21 +332,49 @@ class _Frequency(NamedTuple):
     words: str
     remedy: str
 
+    @property
+    def where(self) -> str:
+        """Name the key of run.toml, or the signal."""
+        return self.key if self.key == "rotations" else f"conditions.{self.key}"
+
 
 def _stated_frequency(run: RawRun) -> _Frequency | None:
-    """Return the frequency in run.toml, or that of the speed and stroke from which the distance is computed."""
+    """Return the frequency of run.toml, or that of the speed or count from which the distance is computed."""
+    origin, stated = run.origins["sliding_distance"], _stated_cycles(run)
+    if stated is not None and (stated.key == "frequency" or origin == "derived from nominal speed"):
+        return stated
+    return _counted_frequency(run) if origin == "derived from rotations" else None
+
+
+def _stated_cycles(run: RawRun) -> _Frequency | None:
+    """Return the frequency in run.toml, or that of the speed and stroke in it."""
     conditions = run.manifest.conditions
     frequency, speed, stroke = conditions.frequency, conditions.sliding_speed, conditions.stroke
     if frequency is not None:
         tolerance = max(_COUNTED_TOLERANCE, 3 * (frequency.standard_uncertainty or 0.0) / frequency.value)
         words, remedy = f"the stated {frequency.value:.4g} Hz", "frequency, in reciprocating cycles per second"
         return _Frequency("frequency", frequency.value, tolerance, words, remedy)
-    if speed is None or stroke is None or run.origins["sliding_distance"] != "derived from nominal speed":
+    if speed is None or stroke is None:
         return None
     remedy = "stroke, the unit of time, or sliding_speed, which is the average speed, 2·stroke·frequency"
     by_speed = speed.value / (2 * stroke.value)
     words = f"{by_speed:.4g} Hz from sliding_speed and stroke"
     return _Frequency("sliding_speed", by_speed, _TOLERANCE, words, remedy)
+
+
+def _counted_frequency(run: RawRun) -> _Frequency | None:
+    """Return the frequency by recorded cycles; None if none are counted, or not of a reciprocating test."""
+    if run.manifest.conditions.stroke is None:
+        return None
+    counted, passed = (np.diff(run.columns[name]) for name in ("rotations", "time"))
+    known = (counted >= 0) & (passed > 0)
+    cycles, duration = float(np.sum(counted[known])), float(np.sum(passed[known]))
+    if not cycles:
+        return None
+    frequency = cycles / duration
+    remedy = "the column of rotations, which is to count reciprocating cycles, not strokes"
+    words = f"{frequency:.4g} Hz from the recorded cycles"
+    return _Frequency("rotations", frequency, _TOLERANCE + 1 / cycles, words, remedy)
 
 
 def _stroke_duration(time: Column, strokes: list[Stroke]) -> float | None:

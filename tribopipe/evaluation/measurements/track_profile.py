@@ -72,6 +72,8 @@ class Track:
     """Mask of the points under dust, which were bridged."""
     gap: float
     """Share of the width in the widest gap between heights, which was filled; 0 where none is wide."""
+    roughness: float
+    """Standard deviation of the heights beside the track, m, by roughness and noise."""
     form: Form
     """Assumed shape of the unworn surface."""
     area_per_crown_radius: float
@@ -264,6 +266,7 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
         reference=fit.shoulders & ~place.dust,
         dust=place.dust,
         gap=0.0,
+        roughness=math.sqrt(fit.single),
         form=fit.unworn.form,
         area_per_crown_radius=fit.by_crown_radius(x, weights.fine),
         cap_per_crown_radius=fit.by_crown_radius(x, turned.fine),
