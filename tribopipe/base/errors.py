@@ -114,6 +114,11 @@ def printable(text: str) -> str:
     return text if text.isprintable() else "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
 
 
+def counted(count: int, one: str, many: str = "") -> str:
+    """Return a number with its noun: "1 run", "2 studies"."""
+    return f"{count} {one if count == 1 else many or f'{one}s'}"
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Name what was probably meant, or list what is known, as the tail of an error sentence."""
     choices = sorted(set(known))

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tribopipe.base.errors import counted
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     ArchiveFolder,
@@ -133,7 +134,7 @@ def _said(path: Path | None, archive: Path) -> "tuple[Dataset, bytes | None]":
 def _tell(exported: "Exported") -> None:
     runs, studies = exported.chosen
     beside = f" and {len(studies)} {'study' if len(studies) == 1 else 'studies'}" if studies else ""
-    say(f"{len(runs)} run{'' if len(runs) == 1 else 's'}{beside} written to {exported.path}")
+    say(f"{counted(len(runs), 'run')}{beside} written to {exported.path}")
     if exported.lacking:
         say(f"note: repositories require {', '.join(exported.lacking)}; add this to dataset.toml next to the archive")
 

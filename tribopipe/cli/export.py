@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from tribopipe.base.errors import counted
 from tribopipe.cli.datasets import ExportGroup, export_dataset
 from tribopipe.cli.listing import Columns, Sort, Where, tell_unreadable, up_to_date
 from tribopipe.cli.options import (
@@ -175,7 +176,7 @@ def export_runs(
         print_file(written)
     else:
         write_file(output, written)
-        say(f"{len(runs)} run{'' if len(runs) == 1 else 's'} written to {output}")
+        say(f"{counted(len(runs), 'run')} written to {output}")
     tell_unreadable(catalogue, some_done=bool(runs))
 
 

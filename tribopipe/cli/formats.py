@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tribopipe.base.errors import counted
 from tribopipe.cli.options import AsJson, HelpPanels
 from tribopipe.cli.output import exit_with, located, print_json, print_result, table
 
@@ -168,7 +169,7 @@ def _show(path: Path, export: "Export") -> None:
         print_result(f"  note: {note}")
     columns = ["column", "unit", "meaning", "minimum", "maximum", "missing"]
     table(
-        f"  {export.rows} row{'' if export.rows == 1 else 's'}",
+        f"  {counted(export.rows, 'row')}",
         columns,
         [_row(export, column) for column in export.table.columns],
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from tribopipe.base.column_formatting import NOTHING, Number, in_power, number_column
+from tribopipe.base.errors import counted
 from tribopipe.cli.options import DEFAULT_ARCHIVE, AsJson, ReadableArchive, require_archive
 from tribopipe.cli.output import exit_with, fits, line_width, print_json, print_result, progress, table
 
@@ -189,7 +190,7 @@ def ls(
         print_json({"runs": [_document(run) for run in runs]})
     elif runs or not catalogue.unreadable:
         asked = f" where {where}" if where else ""
-        title = f"{total} run{'' if total == 1 else 's'} in {archive}{asked}"
+        title = f"{counted(total, 'run')} in {archive}{asked}"
         if chosen is None:
             show_runs(title, runs)
         else:

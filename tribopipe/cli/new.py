@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribopipe.base.errors import ManifestError
+from tribopipe.base.errors import ManifestError, counted
 from tribopipe.cli.formats import ReaderName, SheetName
 from tribopipe.cli.options import AsJson, Template
 from tribopipe.cli.output import PARTLY_FAILED, print_json, say
@@ -171,7 +171,7 @@ def _answer(question: str) -> str:
 
 def _tell(made: "NewRun") -> None:
     for group in made.groups:
-        say(f"{made.folder}: {group}: {group.rows} row{'' if group.rows == 1 else 's'}, {group.first.reader.title}")
+        say(f"{made.folder}: {group}: {counted(group.rows, 'row')}, {group.first.reader.title}")
     for note in made.notes:
         say(f"  note: {note}")
     for value in made.accepted:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
+from tribopipe.base.errors import counted
 from tribopipe.cli.options import DEFAULT_ARCHIVE, RUN_TOML
 from tribopipe.cli.output import print_result, seen
 from tribopipe.cli.pages import paragraph
@@ -180,11 +181,11 @@ def _as_archived(found: Whereabouts) -> "list[ListedRun]":
 
 
 def _standing(found: Whereabouts) -> str:
-    here = [_counted(len(found.runs), "run folder")] if found.runs else []
+    here = [counted(len(found.runs), "run folder")] if found.runs else []
     if found.archived or found.unreadable:
-        here.append(f"{_counted(len(found.archived), 'run')} in {DEFAULT_ARCHIVE}")
+        here.append(f"{counted(len(found.archived), 'run')} in {DEFAULT_ARCHIVE}")
     if found.studied:
-        here.append(_counted(len(found.studied), "study", "studies"))
+        here.append(counted(len(found.studied), "study", "studies"))
     return f"Here: {', '.join(here)}." if here else "No run folders and no archive here."
 
 
@@ -211,7 +212,7 @@ def _not_as_archived(found: Whereabouts) -> tuple[list[Path], list[Path]]:
 def _of_unreadable(found: Whereabouts) -> Iterator[NextStep]:
     """Report what to do about files in the archive that cannot be read."""
     if found.unreadable:
-        why = f"{_counted(len(found.unreadable), 'file')} in the archive cannot be read: show the reasons"
+        why = f"{counted(len(found.unreadable), 'file')} in the archive cannot be read: show the reasons"
         yield NextStep(why, ("tribopipe verify",))
 
 
@@ -222,7 +223,7 @@ def _of_folders(new: Sequence[Path], amended: Sequence[Path], found: Whereabouts
         commands = (f"tribopipe check {places}", f"tribopipe process {places}")
         yield NextStep(f"{_are(new, 'run folder')} not archived yet: check, then evaluate", commands)
     if amended:
-        why = f"{RUN_TOML} of {_counted(len(amended), 'run')} has changed since it was archived: archive the changes"
+        why = f"{RUN_TOML} of {counted(len(amended), 'run')} has changed since it was archived: archive the changes"
         # With the runs beside it, since predictions and studies of them may stand on it.
         yield NextStep(why, (f"tribopipe process {_all_in(amended)} --amend",))
 
@@ -241,7 +242,7 @@ def _of_warnings(runs: "Sequence[ListedRun]") -> Iterator[NextStep]:
     warned = [run for run in runs if run.value("findings")]
     if warned:
         told = f"tribopipe show {warned[0].id}" if len(warned) == 1 else 'tribopipe ls --where "findings>0"'
-        yield NextStep(f"Warnings from the checks on {_counted(len(warned), 'run')}: {_named(warned)}", (told,))
+        yield NextStep(f"Warnings from the checks on {counted(len(warned), 'run')}: {_named(warned)}", (told,))
 
 
 def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextStep]:
@@ -249,7 +250,7 @@ def _lacking(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     runs = [run for run in _fitted(runs) if run.value("k_d") is None and _to_be_added(run)]
     if runs:
         missing = " and ".join(_to_be_added(runs[0]))
-        why = f"No wear coefficient for {_counted(len(runs), 'run')} ({_named(runs)}); missing: {missing}"
+        why = f"No wear coefficient for {counted(len(runs), 'run')} ({_named(runs)}); missing: {missing}"
         yield _amending(runs[0], f"{why}: add the measured values to", found)
 
 
@@ -257,7 +258,7 @@ def _by_sensor_alone(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterato
     """Report which wear coefficients are based on the depth sensor alone, and how to add a post-test measurement."""
     runs = [run for run in _fitted(runs) if run.value("k_d") is not None and not _was_measured(run)]
     if runs:
-        why = f"k_D of {_counted(len(runs), 'run')} ({_named(runs)}) is based on the depth sensor alone"
+        why = f"k_D of {counted(len(runs), 'run')} ({_named(runs)}) is based on the depth sensor alone"
         yield _amending(runs[0], f"{why}: measure the wear scar and add it to", found)
 
 
@@ -300,7 +301,7 @@ def _onwards(runs: "Sequence[ListedRun]", found: Whereabouts) -> Iterator[NextSt
     if known:
         yield from _of_wear_coefficients(known, found)
     if rated:
-        count = _counted(len(rated), "run")
+        count = counted(len(rated), "run")
         why = f"No fitted k_D for {count}: predict from the wear rate, which equals k_D in Archard's law"
         yield NextStep(why, ("tribopipe help scar_only",))
     subject = min(found.studied, default=next((run.id for run in known + rated), None))
@@ -323,11 +324,7 @@ def _bodies(run: "ListedRun") -> tuple[str, ...]:
 
 
 def _are(things: Sequence[object], one: str, many: str = "") -> str:
-    return f"{_counted(len(things), one, many)} {'is' if len(things) == 1 else 'are'}"
-
-
-def _counted(count: int, one: str, many: str = "") -> str:
-    return f"{count} {one if count == 1 else many or f'{one}s'}"
+    return f"{counted(len(things), one, many)} {'is' if len(things) == 1 else 'are'}"
 
 
 def _named(runs: "Sequence[ListedRun]") -> str:

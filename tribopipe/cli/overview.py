@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from tribopipe.archive.step_names import PREDICTIONS
 from tribopipe.base.column_formatting import NOTHING, Number, in_power, power_for, rounded_value
-from tribopipe.base.errors import ArchiveError
+from tribopipe.base.errors import ArchiveError, counted
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, from_si, interval_from_si, pretty, signed
 from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, table
@@ -66,7 +66,7 @@ def _shortened(what: str, ids: Sequence[str], width: int | None) -> str:
         line = f"{what}{', '.join(ids[:named])}{left}"
         if width is None or len(line) <= width:
             return line
-    return f"{what}{len(ids)} run{'' if len(ids) == 1 else 's'}"
+    return f"{what}{counted(len(ids), 'run')}"
 
 
 _OF_BODIES = ("material", "shape", "radius", "radius of the flat", "crown radius", "diameter")
@@ -192,7 +192,7 @@ def _show_warnings(page: RunPage, outline: "RunOutline") -> None:
     named = [f"{one.severity}: {one.where}: {worded(title(one.code))}" for one in told]
     notes = len(page.findings) - len(named)
     if notes:
-        named.append(f"{notes} note{'' if notes == 1 else 's'}")
+        named.append(counted(notes, "note"))
     if not named:
         return
     heading("Findings")
@@ -236,7 +236,7 @@ def show_study_overview(result: StudyResult, archived: bool = True) -> None:
     _show_extrapolations(verdicts)
     quiet = [one for run in verdicts for one in run.findings if one.severity == "note"]
     notes = len(result.notes) + len(quiet) + sum(len(run.notes) for run in verdicts)
-    more = f"{notes} note{'' if notes == 1 else 's'}, shapes" if notes else "Shapes"
+    more = f"{counted(notes, 'note')}, shapes" if notes else "Shapes"
     how = f"`tribopipe study show {result.id} -v`" if archived else "-v"
     print_result(f"{more} of the curves and intervals: {how}")
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tribopipe.base.errors import counted
 from tribopipe.cli.options import (
     DEFAULT_ARCHIVE,
     Amend,
@@ -220,7 +221,7 @@ def _say_what_was_done(outcomes: "list[Outcome]", archive: Path, *, drawn: bool,
     skipped = sum(outcome.status == "unchanged" for outcome in outcomes)
     where = f"; figures in {archive / 'figures'}" if drawn else ""
     if done or drawn:
-        steps = f"{done} step{'' if done == 1 else 's'} done, {skipped} unchanged, in {archive}{where}."
+        steps = f"{counted(done, 'step')} done, {skipped} unchanged, in {archive}{where}."
         say(f"{steps} Next: {_next_command(outcomes, archive, doubtful)}")
     elif skipped:
         say(_nothing_to_do(skipped))

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from tribopipe.base.column_formatting import NOTHING, Number, in_power, power_for, rounded_value
+from tribopipe.base.errors import counted
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, say, table
@@ -66,7 +67,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
     flags = (
         "failed" if outline.manifest.id in failed else "",
         "bad" if outline.marks and outline.marks[-1].kind == "bad" else "",
-        f"{warned} warning{'' if warned == 1 else 's'}" if warned else "",
+        counted(warned, "warning") if warned else "",
         "preprocessed" if isinstance(cleaned, CleanUp) and cleaned.changes else "",
     )
     return RunRow(
@@ -150,7 +151,7 @@ def _captions(rows: Sequence[RunRow], power: int | None) -> list[str]:
 
 def _caption(rows: Sequence[RunRow], power: int | None) -> str:
     laws = {row.law for row in rows if row.law}
-    count = f"{len(rows)} run{'' if len(rows) == 1 else 's'}"
+    count = counted(len(rows), "run")
     if not laws:
         return count
     law = f" from {law_heading(laws.pop())}" if len(laws) == 1 else ""

@@ -252,9 +252,6 @@ def channels_disagree(run: RawRun) -> Iterator[Trouble]:
         if role not in values and quantity is not None:
             values[role] = quantity.value
             labels[role] = f"conditions.{'normal_load' if role == 'normal_force' else role}"
-    cycles = _stated_cycles(run)
-    if cycles is not None and "rotational_speed" not in values:
-        values["rotational_speed"], labels["rotational_speed"] = math.tau * cycles.value, cycles.where
     slid = run.manifest.progress.signal == "sliding_distance"
     if slid and run.origins["sliding_distance"] == "derived from nominal speed":
         values["sliding_distance"], labels["sliding_distance"] = run.sliding_distance, "conditions.sliding_speed"
@@ -339,22 +336,16 @@ class _Frequency(NamedTuple):
 
 
 def _stated_frequency(run: RawRun) -> _Frequency | None:
-    """Return the frequency of run.toml, or that of the speed or count from which the distance is computed."""
-    origin, stated = run.origins["sliding_distance"], _stated_cycles(run)
-    if stated is not None and (stated.key == "frequency" or origin == "derived from nominal speed"):
-        return stated
-    return _counted_frequency(run) if origin == "derived from rotations" else None
-
-
-def _stated_cycles(run: RawRun) -> _Frequency | None:
-    """Return the frequency in run.toml, or that of the speed and stroke in it."""
-    conditions = run.manifest.conditions
+    """Return the frequency in run.toml, or that of the speed or count from which the distance is computed."""
+    conditions, origin = run.manifest.conditions, run.origins["sliding_distance"]
     frequency, speed, stroke = conditions.frequency, conditions.sliding_speed, conditions.stroke
     if frequency is not None:
         tolerance = max(_COUNTED_TOLERANCE, 3 * (frequency.standard_uncertainty or 0.0) / frequency.value)
         words, remedy = f"the stated {frequency.value:.4g} Hz", "frequency, in reciprocating cycles per second"
         return _Frequency("frequency", frequency.value, tolerance, words, remedy)
-    if speed is None or stroke is None:
+    if stroke is not None and origin == "derived from rotations":
+        return _counted_frequency(run)
+    if speed is None or stroke is None or origin != "derived from nominal speed":
         return None
     remedy = "stroke, the unit of time, or sliding_speed, which is the average speed, 2·stroke·frequency"
     by_speed = speed.value / (2 * stroke.value)
@@ -363,9 +354,7 @@ def _stated_cycles(run: RawRun) -> _Frequency | None:
 
 
 def _counted_frequency(run: RawRun) -> _Frequency | None:
-    """Return the frequency by recorded cycles; None if none are counted, or not of a reciprocating test."""
-    if run.manifest.conditions.stroke is None:
-        return None
+    """Return the frequency by the recorded cycles; None if none are counted."""
     counted, passed = (np.diff(run.columns[name]) for name in ("rotations", "time"))
     known = (counted >= 0) & (passed > 0)
     cycles, duration = float(np.sum(counted[known])), float(np.sum(passed[known]))

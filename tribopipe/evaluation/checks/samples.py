@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.errors import FitError
+from tribopipe.base.errors import FitError, counted
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
@@ -170,7 +170,7 @@ def counter_glitch(run: RawRun) -> Iterator[Trouble]:
         if found:
             yield Trouble(
                 name,
-                f"found {len(found)} wrong reading{'s' if len(found) > 1 else ''}, the first {values[found[0]]:g} "
+                f"found {counted(len(found), 'wrong reading')}, the first {values[found[0]]:g} "
                 f"{SIGNALS[name].unit} at {run.numbered(found[0])} after {values[found[0] - 1]:g}; expected "
                 "increasing values",
                 "preprocessing interpolates between the adjacent readings; check the counter",

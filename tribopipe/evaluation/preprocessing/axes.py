@@ -3,6 +3,7 @@
 import numpy as np
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import counted
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SIGNALS, SignalName
@@ -39,7 +40,7 @@ def _without_glitches(bench: Bench, name: SignalName) -> Column | None:
     found = mended(axis, bench.measured("time"))
     if found.samples:
         count = len(found.samples)
-        what = f"{count} wrong reading{'s' if count > 1 else ''} interpolated, the first at {found.samples[0] + 1}"
+        what = f"{counted(count, 'wrong reading')} interpolated, the first at {found.samples[0] + 1}"
         bench.put(name, found.values, what, "a counter does not run backward")
     return found.values
 

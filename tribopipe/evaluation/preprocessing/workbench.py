@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import counted
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import Change, CleaningStepName
 from tribopipe.documents.signals import SignalName
@@ -62,7 +63,7 @@ class Bench:
             self._stale = True
         else:
             self._hidden[name] = where | self._hidden.get(name, np.zeros_like(where))
-        self._tell(name, samples, f"{samples} sample{'s' if samples > 1 else ''} masked: {what}", why)
+        self._tell(name, samples, f"{counted(samples, 'sample')} masked: {what}", why)
 
     def leave(self, name: SignalName, what: str, why: str) -> None:
         """Report why a column stays as it is, where a recipe wants it changed."""

@@ -9,6 +9,7 @@ from itertools import product
 
 import numpy as np
 
+from tribopipe.base.errors import counted
 from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
@@ -218,7 +219,7 @@ def _events(problem: DepthProblem) -> Iterator[Finding]:
             severity="note",
             code="depth_spikes",
             where="depth",
-            message=f"found {record.spikes} spikes, which are excluded from the fit",
+            message=f"found {counted(record.spikes, 'spike')}, excluded from the fit",
             remedy='to exclude the spikes from the figures as well, add [[clean_up]] step = "despike" to a recipe',
         )
 

@@ -16,7 +16,7 @@ from tribopipe.archive.file_signature import STUDIES, SUFFIX, Stamp, stamps
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
 from tribopipe.archive.seal import check_every_byte, is_sealed
 from tribopipe.archive.store import Archive
-from tribopipe.base.errors import ArchiveError, TribopipeError, did_you_mean
+from tribopipe.base.errors import ArchiveError, TribopipeError, counted, did_you_mean
 from tribopipe.base.executor import ALONE, Crew, in_turn
 from tribopipe.base.failures import mended_by
 from tribopipe.base.files import natural_order
@@ -124,9 +124,9 @@ class Verified:
         return all(finding.severity == "note" for finding in self.findings)
 
     def __str__(self) -> str:
-        files = f"{_counted(self.runs, 'run')} and {_counted(self.studies, 'study', 'studies')}"
+        files = f"{counted(self.runs, 'run')} and {counted(self.studies, 'study', 'studies')}"
         errors, warnings = (sum(one.severity == kind for one in self.findings) for kind in ("error", "warning"))
-        verdict = "sound" if self.sound else f"{_counted(errors, 'error')}, {_counted(warnings, 'warning')}"
+        verdict = "sound" if self.sound else f"{counted(errors, 'error')}, {counted(warnings, 'warning')}"
         done = "verified and recomputed" if self.recomputed else "verified"
         return f"{files}, {self.size / 1e6:.3g} MB, {done}: {verdict}"
 
@@ -246,7 +246,3 @@ def _is_study(name: str) -> bool:
 def _called(name: str) -> str:
     stem = PurePosixPath(name).stem
     return f"study {stem}" if _is_study(name) else stem
-
-
-def _counted(count: int, one: str, many: str = "") -> str:
-    return f"{count} {one if count == 1 else many or f'{one}s'}"
