@@ -13,6 +13,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
+from contextvars import copy_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -115,7 +116,7 @@ def document(*arguments: str) -> Any:
         redirect_stderr(err),
     ):
         try:
-            main()
+            copy_context().run(main)  # what one command sets (--json) is not for the next
         except SystemExit as ended:
             if ended.code:
                 raise RuntimeError(f"tribopipe {' '.join(arguments)}: {err.getvalue()}") from None
