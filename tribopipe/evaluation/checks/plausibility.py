@@ -40,7 +40,7 @@ _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
 _SMOOTHEST, _SHALLOW, _SHALLOWEST = 0.05e-9, 100e-9, 5e-9
 """m: heights of the smoothest polished surface scatter by more, and no groove of a tribometer is that shallow; that
-smooth beside a deeper groove, a profile is simulated."""
+smooth around a deeper groove, a profile is simulated."""
 _LONGER = 1.05
 """Length over width of a scar from which on they cannot be of one contact; debris can make a scar a little longer."""
 _ELASTIC = 0.05
@@ -497,7 +497,7 @@ def profile_width(run: RawRun) -> Iterator[Trouble]:
 
 @check("warning")
 def profile_height(run: RawRun) -> Iterator[Trouble]:
-    """Find a groove too shallow, or beside it a surface too smooth, for heights in the stated unit."""
+    """Find a groove too shallow, or a surface around it too smooth, for heights in the stated unit."""
     first = {re.sub(r"\[\d+\]$", "", where): where for where in reversed(run.single_profiles)}
     for where in reversed(first.values()):
         if reference_radius(run.manifest, where) is not None:

@@ -73,7 +73,7 @@ class Track:
     gap: float
     """Share of the width in the widest gap between heights, which was filled; 0 where none is wide."""
     roughness: float
-    """Standard deviation of the heights beside the track, m, by roughness and noise."""
+    """Standard deviation of the heights next to the track, m, by roughness and noise."""
     form: Form
     """Assumed shape of the unworn surface."""
     area_per_crown_radius: float
