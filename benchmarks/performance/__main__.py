@@ -114,6 +114,7 @@ def _asked() -> argparse.Namespace:
 
 
 def _tell(options: argparse.Namespace, found: list[tuple[str, Timed | Grown]]) -> None:
+    found.sort(key=lambda one: one[0])
     pairs = [(letter, one) for letter, one in found if isinstance(one, Timed)]
     growths = [(letter, one) for letter, one in found if isinstance(one, Grown)]
     report = Report("Performance", options)

@@ -12,7 +12,7 @@ from page import Grown
 from tribopipe.views.layout import TWO_COLUMNS, in_columns
 from tribopipe.views.run_figures import GREY, PALETTE
 
-_COLUMNS, _LETTERS = 3, 34
+_COLUMNS, _LETTERS = 3, 28
 
 
 @in_columns
@@ -23,7 +23,8 @@ def plot_growth(grown: Sequence[tuple[str, Grown]]) -> Figure:
     axes = list(figure.subplots(rows, _COLUMNS, squeeze=False).flat)
     for place, (ax, (case, one)) in enumerate(zip(axes, grown, strict=False)):
         _draw(ax, one)
-        ax.set_title(fill(f"({case}) {one.growth.what}".replace("`", ""), _LETTERS), loc="left")
+        title = fill(f"({case}) {one.growth.what}".replace("`", ""), _LETTERS)
+        ax.set_title(title.replace("k_D", "$k_D$"), loc="left")
         if place % _COLUMNS == 0:
             ax.set_ylabel("time (s)")
     for ax in axes[len(grown) :]:
@@ -39,5 +40,8 @@ def _draw(ax: Axes, one: Grown) -> None:
         ax.loglog([size, size], [times.least, times.greatest], color=PALETTE[0], lw=0.8)
     ax.loglog(sizes, medians, color=PALETTE[0], marker="o", ms=3.5, ls="none")
     ax.text(0.05, 0.93, f"n = {one.exponent:.2f}", transform=ax.transAxes, va="top")
+    # Of less than a decade, no tick would have a label.
+    low, high = (math.log10(end) for end in ax.get_ylim())
+    ax.set_ylim(10.0 ** math.floor(low), 10.0 ** math.ceil(high))
     ax.set_xlabel(f"number of {one.growth.of}")
     ax.minorticks_off()
