@@ -131,7 +131,7 @@ def test_json_tells_what_is_known_in_si(ls, archive):
 )
 def test_columns_stand_beneath_each_other_whatever_is_in_them(capsys, cells, width):
     output.table("title", ["", "next"], [[cell, "x"] for cell in cells])
-    *_, row, last = capsys.readouterr().err.splitlines()
+    *_, row, last = capsys.readouterr().out.splitlines()
     assert last == ""
     assert row.endswith("   x")
     assert output._width(row) == 1 + width + 3 + 1
@@ -140,8 +140,6 @@ def test_columns_stand_beneath_each_other_whatever_is_in_them(capsys, cells, wid
 @pytest.fixture
 def terminal(monkeypatch):
     """Make stdout a terminal of some width."""
-
-    output.keep_stdout_for_json(False)
 
     def become(columns: int) -> None:
         monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
