@@ -219,11 +219,13 @@ def test_a_frequency_that_the_strokes_contradict_is_flagged(tmp_path):
     )
 
 
-def counting(folder: Path, rows: int, per_cycle: int, **stated: str) -> RawRun:
-    """A reciprocating test at 1 Hz for 100 s whose file counts so many times per cycle."""
+def counting(folder: Path, rows: int, per_cycle: int, pause: float = 0.0, **stated: str) -> RawRun:
+    """A reciprocating test at 1 Hz for 100 s whose file counts so many times per cycle, and pauses after half of it."""
     time = np.linspace(0, 100, rows)
     friction = np.where(np.sin(2 * np.pi * time) >= 0, 0.2, -0.2)
-    lines = [f"{t:.4f},{np.floor(per_cycle * t):g},{f:.3f}" for t, f in zip(time, friction, strict=True)]
+    counted = np.floor(per_cycle * time)
+    shown = time + pause * (time >= 50)
+    lines = [f"{t:.4f},{n:g},{f:.3f}" for t, n, f in zip(shown, counted, friction, strict=True)]
     text = "\n".join(["time [s],Revolutions,friction force [N]", *lines])
     return run_of(folder, "log.csv", text.encode(), normal_load="1 N", stroke="5 mm", **stated)
 
@@ -240,8 +242,9 @@ def test_a_count_of_cycles_breaks_no_identity(tmp_path):
     assert not found.keys() & {"distance_not_planned", "strokes_differ"}
 
 
-def test_counted_cycles_are_held_against_the_strokes_of_the_friction(tmp_path):
-    assert "strokes_differ" not in found_in(counting(tmp_path, 4000, 1))
+@pytest.mark.parametrize("pause", [0.0, 30.0])
+def test_counted_cycles_are_held_against_the_strokes_of_the_friction(tmp_path, pause):
+    assert "strokes_differ" not in found_in(counting(tmp_path, 4000, 1, pause))
 
 
 def test_counted_strokes_are_held_against_the_strokes_of_the_friction(tmp_path):

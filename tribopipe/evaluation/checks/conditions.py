@@ -14,6 +14,7 @@ from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.checks.channels import Channel, channels, disc_speeds, positions
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
+from tribopipe.evaluation.checks.samples import speed_of_motion
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.evaluation.preprocessing.strokes import Stroke, whole_strokes
 from tribopipe.physics.axis_faults import continuous
@@ -355,12 +356,12 @@ def _stated_frequency(run: RawRun) -> _Frequency | None:
 
 def _counted_frequency(run: RawRun) -> _Frequency | None:
     """Return the frequency by the recorded cycles; None if none are counted."""
-    counted, passed = (np.diff(run.columns[name]) for name in ("rotations", "time"))
-    known = (counted >= 0) & (passed > 0)
-    cycles, duration = float(np.sum(counted[known])), float(np.sum(passed[known]))
+    time, rotations = (continuous(run.columns[name]) for name in ("time", "rotations"))
+    seen = np.isfinite(time) & np.isfinite(rotations)
+    cycles = float(np.ptp(rotations[seen])) if np.any(seen) else 0.0
     if not cycles:
         return None
-    frequency = cycles / duration
+    frequency = speed_of_motion(time[seen], rotations[seen])
     remedy = "the column of rotations, which is to count reciprocating cycles, not strokes"
     words = f"{frequency:.4g} Hz from the recorded cycles"
     return _Frequency("rotations", frequency, _TOLERANCE + 1 / cycles, words, remedy)

@@ -26,6 +26,7 @@ from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun, paired_key
 
 _ITEM = re.compile(r"\[\d+\]$")
+"""Number of a scan line at the end of its key."""
 _GROOVES = {
     "disc_wear_depth": ("a wear depth", "um"),
     "disc_track_area": ("a cross-section", "um^2"),
@@ -35,7 +36,9 @@ _GROOVES = {
 """What a measurement of a groove gives, and its unit."""
 _TRACK = ".disc_profile"
 """End of the key of a track, which may lead beyond the edge of its map."""
-"""Number of a scan line at the end of its key."""
+_SMOOTHEST, _SHALLOW, _SHALLOWEST = 0.05e-9, 100e-9, 5e-9
+"""m: heights of the smoothest polished surface scatter by more, and no groove of a tribometer is that shallow; that
+smooth around a deeper groove, a profile is simulated."""
 
 
 @check("error")
@@ -176,6 +179,26 @@ def gap_in_profile(run: RawRun) -> Iterator[Trouble]:
     for gap, where in widest.values():
         if gap:
             yield Trouble(where, gap_found(gap), GAP_REMEDY)
+
+
+@check("warning")
+def profile_height(run: RawRun) -> Iterator[Trouble]:
+    """Find a groove too shallow, or a surface around it too smooth, for heights in the stated unit."""
+    first = {_ITEM.sub("", where): where for where in reversed(run.single_profiles)}
+    for where in reversed(first.values()):
+        if reference_radius(run.manifest, where) is not None:
+            continue
+        with suppress(FitError):
+            track = worn_area(run.single_profiles[where], None)
+            smooth = track.roughness < _SMOOTHEST and track.depth.value < _SHALLOW
+            if smooth or track.depth.value < _SHALLOWEST:
+                yield Trouble(
+                    where,
+                    f"found a groove {show(track.depth.value, None, 'm', 'nm')} deep in a surface with a standard "
+                    f"deviation of the heights of {show(track.roughness, None, 'm', 'nm')}; expected at least "
+                    f"{1e9 * _SHALLOWEST:g} nm and {1e9 * _SMOOTHEST:g} nm",
+                    "check the unit of the heights: of heights in mm read as µm, wear volumes are 1000 times too small",
+                )
 
 
 def _no_difference(run: RawRun) -> Iterator[Trouble]:

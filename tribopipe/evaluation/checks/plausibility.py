@@ -1,7 +1,6 @@
 """Checks of inputs against what the material, the ball, the contact and the recording make likely."""
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import NamedTuple
@@ -38,9 +37,6 @@ _SAME = 0.01
 """Relative difference within which two lengths are one."""
 _NARROW, _WIDE = 0.6, 1.6
 """A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
-_SMOOTHEST, _SHALLOW, _SHALLOWEST = 0.05e-9, 100e-9, 5e-9
-"""m: heights of the smoothest polished surface scatter by more, and no groove of a tribometer is that shallow; that
-smooth around a deeper groove, a profile is simulated."""
 _LONGER = 1.05
 """Length over width of a scar from which on they cannot be of one contact; debris can make a scar a little longer."""
 _ELASTIC = 0.05
@@ -493,26 +489,6 @@ def profile_width(run: RawRun) -> Iterator[Trouble]:
                     "the radius of the pin",
                 )
                 return
-
-
-@check("warning")
-def profile_height(run: RawRun) -> Iterator[Trouble]:
-    """Find a groove too shallow, or a surface around it too smooth, for heights in the stated unit."""
-    first = {re.sub(r"\[\d+\]$", "", where): where for where in reversed(run.single_profiles)}
-    for where in reversed(first.values()):
-        if reference_radius(run.manifest, where) is not None:
-            continue
-        with suppress(FitError):
-            track = worn_area(run.single_profiles[where], None)
-            smooth = track.roughness < _SMOOTHEST and track.depth.value < _SHALLOW
-            if smooth or track.depth.value < _SHALLOWEST:
-                yield Trouble(
-                    where,
-                    f"found a groove {show(track.depth.value, None, 'm', 'nm')} deep in a surface with a standard "
-                    f"deviation of the heights of {show(track.roughness, None, 'm', 'nm')}; expected at least "
-                    f"{1e9 * _SHALLOWEST:g} nm and {1e9 * _SMOOTHEST:g} nm",
-                    "check the unit of the heights: of heights in mm read as µm, wear volumes are 1000 times too small",
-                )
 
 
 def _pin_depth(run: RawRun) -> float | None:

@@ -717,7 +717,7 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
     both = run.origins["time"] == "measured" and counted
     if speed is not None and both and duration > 0:
         travel = 1.0 if manifest.contact is None else manifest.contact.travel
-        mean = _speed_of_motion(time, axis) * travel
+        mean = speed_of_motion(time, axis) * travel
         if not 0.95 <= mean / speed.value <= 1.05:
             yield Trouble(
                 progress.speed,
@@ -727,7 +727,7 @@ def distance_not_planned(run: RawRun) -> Iterator[Trouble]:
             )
 
 
-def _speed_of_motion(time: Column, axis: Column) -> float:
+def speed_of_motion(time: Column, axis: Column) -> float:
     """Return the mean rate of a distance or count without the stops, in which it does not advance."""
     advances = np.concatenate([[True], np.diff(axis) > 0])
     steps, slid = np.diff(time[advances]), np.diff(axis[advances])
