@@ -20,13 +20,10 @@ from tribopipe.physics.load_course import LoadCourse
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.run import RawRun
 
-_FEWEST = 2
 _STEADY = 0.005
 """Share of the load path by which it may differ from that of a constant load, as that of a noisy channel does."""
 _STRETCHES = 200
 """Of the sliding distance, over each of which a load that changes counts as constant."""
-_DEVIATIONS = 1.4826
-"""Standard deviation over the median of absolute values, of a normal distribution."""
 
 
 def load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
@@ -37,29 +34,11 @@ def load_share(run: RawRun, defaults: DefaultUncertainty) -> float:
     return stated.standard_uncertainty / stated.value
 
 
-def recorded_load(run: RawRun) -> Quantity | None:
-    """Return the mean of the recorded load over the sliding distance, N; None if none was recorded that presses.
-
-    Its standard uncertainty is that of the channel's noise alone, by the differences of successive samples: what varies
-    more slowly has really pressed.
-    """
-    force, slid = run.columns.get("normal_force"), run.columns.get("sliding_distance")
-    if force is None or slid is None:
-        return None
-    seen = np.isfinite(force) & np.isfinite(slid)
-    if np.count_nonzero(seen) < _FEWEST or not np.ptp(slid[seen]) > 0:
-        return None
-    force, slid = force[seen], slid[seen]
-    mean = float(np.trapezoid(force, slid) / np.ptp(slid))
-    noise = _DEVIATIONS * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
-    return Quantity(value=mean, unit="N", standard_uncertainty=noise) if mean > 0 else None
-
-
 def load_path(run: RawRun, distances: Column) -> Column:
     """Return ∫F_N ds of one contact until these sliding distances, N·m: by the recorded load, else the nominal one."""
     share = 1.0 if run.manifest.contact is None else run.manifest.contact.load_share
     force, slid = run.columns.get("normal_force"), run.columns["sliding_distance"]
-    if force is None or recorded_load(run) is None:
+    if force is None or run.recorded_load is None:
         return share * run.manifest.conditions.normal_load.value * distances
     seen = np.isfinite(force) & np.isfinite(slid)
     force, slid = force[seen], slid[seen]
@@ -75,7 +54,7 @@ def load_course(run: RawRun, per_progress: float = 1.0) -> LoadCourse | None:
 
     ``per_progress`` is the sliding distance in a unit of progress, such as a rotation of two discs, m.
     """
-    if recorded_load(run) is None:
+    if run.recorded_load is None:
         return None
     distance = np.linspace(0.0, float(np.nanmax(run.columns["sliding_distance"])), _STRETCHES + 1)
     # Without contact the channel reads noise about zero, or a little less: no wear is undone.
@@ -111,7 +90,7 @@ def applied_load(run: RawRun, recipe: Recipe) -> Quantity:
         as run.toml states it, without an uncertainty where none is stated.
 
     """
-    recorded = recorded_load(run)
+    recorded = run.recorded_load
     if recorded is None:
         return run.manifest.conditions.normal_load
     calibration = load_share(run, recipe.uncertainty) * recorded.value

@@ -1,6 +1,7 @@
 """A run in memory: its manifest, its columns in SI, and where each of them came from."""
 
 import hashlib
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,6 +14,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.units import show_force
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.interactive import Tabular, UnitColumn
@@ -90,6 +92,10 @@ class Profile:
 
 
 _BEFORE = ".before"
+_FEWEST = 2
+"""Samples of a load that is recorded."""
+_DEVIATIONS = 1.4826
+"""Standard deviation over the median of absolute values, of a normal distribution."""
 
 
 def before_key(key: str) -> str:
@@ -178,6 +184,24 @@ class RawRun(Tabular):
     def progress(self) -> Column:
         """What wear grows along at each sample: sliding distance, m, or rotations."""
         return self.columns[self.manifest.progress.signal]
+
+    @cached_property
+    def recorded_load(self) -> Quantity | None:
+        """Mean of the recorded load over the sliding distance, N; None if none was recorded that presses.
+
+        Its standard uncertainty is that of the channel's noise alone, by the differences of successive samples: what
+        varies more slowly has really pressed.
+        """
+        force, slid = self.columns.get("normal_force"), self.columns.get("sliding_distance")
+        if force is None or slid is None:
+            return None
+        seen = np.isfinite(force) & np.isfinite(slid)
+        if np.count_nonzero(seen) < _FEWEST or not np.ptp(slid[seen]) > 0:
+            return None
+        force, slid = force[seen], slid[seen]
+        mean = float(np.trapezoid(force, slid) / np.ptp(slid))
+        noise = _DEVIATIONS * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
+        return Quantity(value=mean, unit="N", standard_uncertainty=noise) if mean > 0 else None
 
     def numbered(self, index: int) -> str:
         """Name what a row stands for by the numbers of samples, from 1: "sample 36", or "samples 701 to 720"."""

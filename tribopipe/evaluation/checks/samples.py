@@ -1,5 +1,6 @@
 """Checks of the recorded samples: order of time, gaps, missing and repeated samples, signs and magnitudes."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -14,7 +15,7 @@ from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
-from tribopipe.evaluation.load_and_friction import load_path, recorded_load
+from tribopipe.evaluation.load_and_friction import load_path
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
@@ -264,7 +265,7 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
     median, allowed = float(np.median(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.02 * nominal.value)
     if abs(median - nominal.value) > allowed:
-        counts = "nominal" if recorded_load(cleaned.run) is None else "recorded"
+        counts = "nominal" if cleaned.run.recorded_load is None else "recorded"
         yield Trouble(
             "normal_force",
             f"found a median of {_shown('normal_force', median)} under load; expected the nominal load of "
@@ -498,7 +499,10 @@ def _size(friction: Column) -> float:
     """Return the 90th percentile, at a small part of what NumPy's takes for few samples; infinity without samples."""
     if not len(friction):
         return np.inf
-    return float(np.interp(0.9 * (len(friction) - 1), np.arange(len(friction)), np.sort(friction)))
+    share, place = math.modf(0.9 * (len(friction) - 1))
+    around = [int(place), min(int(place) + 1, len(friction) - 1)]
+    below, above = np.partition(friction, around)[around]
+    return float(below + share * (above - below))
 
 
 def _middle(friction: Column) -> float:

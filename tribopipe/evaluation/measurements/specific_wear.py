@@ -25,7 +25,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.evaluation.load_and_friction import contact_load, load_path, load_share, recorded_load
+from tribopipe.evaluation.load_and_friction import contact_load, load_path, load_share
 from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.measurements.readings import SignalDepths, combined
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
@@ -250,7 +250,7 @@ def specific_wear(run: RawRun, recipe: Recipe | None = None, signal: SignalDepth
         notes=(*lacking, *notes, *_running_in(rates)),
         sliding_distance=distance,
         normal_load=load,
-        load="nominal" if recorded_load(run) is None else "measured",
+        load="nominal" if run.recorded_load is None else "measured",
         total=_together(volumes, load, distance) if len(volumes) == len(rates) else None,
         **rates,
     )

@@ -104,6 +104,8 @@ def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:
 
 def _strokes(signed: Column, *, any_offset: bool) -> Iterator[Stroke]:
     seen = signed[np.isfinite(signed)]
+    if not any_offset and not np.min(seen, initial=0.0) < 0 < np.max(seen, initial=0.0):
+        return
     low, high = np.percentile(seen, [25, 75]) if len(seen) else (0.0, 0.0)
     if not low < 0 < high and not (any_offset and _beside_zero(seen, high - low)):
         return
