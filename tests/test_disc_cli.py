@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from types import SimpleNamespace
 
 import pytest
 from disc_runs import K_1, K_2, worn
@@ -274,6 +275,17 @@ def test_the_table_names_the_convention_of_the_sliding_distance(disc_pair, capsy
     counted, convention, *_ = capsys.readouterr().out.splitlines()
     assert counted.startswith("2 runs; k_D from ")
     assert convention == "k_D of twin discs: full-slip convention for the sliding distance"
+
+
+def test_the_table_names_engines_where_they_differ(disc_pair, further_run, capsys):
+    block = "peek-block-on-ring-50N"
+    outlines = {run_id: disc_pair.outline(run_id) for run_id in DISC_PAIR} | {block: further_run(block).outline(block)}
+    show_processed(SimpleNamespace(outline=outlines.__getitem__), list(outlines), [])
+    rows = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
+    assert "volume" in rows[block].split()
+    assert all("GIWM" in rows[run_id].split() for run_id in DISC_PAIR)
+    show_processed(disc_pair, list(DISC_PAIR), [])
+    assert "engine" not in capsys.readouterr().out
 
 
 @pytest.mark.slow

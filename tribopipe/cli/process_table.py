@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from tribopipe.archive.outline import RunOutline
     from tribopipe.archive.store import Archive
     from tribopipe.documents.quantity import Quantity
+    from tribopipe.physics.calculation_methods import WearEngine
     from tribopipe.results.study import LawResult, StudyResult
 
 _LINES = 30
 """Number of lines to fill on a terminal."""
 _FEWEST_RUNS, _STUDIES, _PROBLEMS = 5, 5, 3
 """Smallest number of runs, and largest numbers of studies and problems, shown on a terminal."""
+_ENGINES: "Mapping[WearEngine | None, str]" = {None: NOTHING, "giwm": "GIWM", "volume": "volume", "local": "local"}
 UNCOMPARED = {"radius_unchecked"}
 """Codes of notes on inputs that affect k_D and cannot be checked against other data of the run."""
 
@@ -39,6 +41,8 @@ class RunRow(NamedTuple):
     load: "Quantity | None"
     law: str
     """Name of the wear law of k_D; empty if there is none."""
+    engine: "WearEngine | None"
+    """Engine that k_D was found by."""
     coefficients: "Mapping[str, Quantity]"
     """k_D of each body."""
     convention: str | None
@@ -74,6 +78,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
         outline.manifest.id,
         outline.manifest.conditions.normal_load,
         "" if fit is None else fit.model,
+        None if fit is None else fit.engine,
         {} if fit is None else {name: body.wear_coefficient for name, body in fit.bodies.items()},
         None if fit is None else fit.distance_per_rotation,
         () if fit is None or contact is None or [*fit.bodies] == [*contact.body_names[:1]] else tuple(fit.bodies),
@@ -115,6 +120,7 @@ def show_processed(
     shown_studies = studies if line_width() is None else studies[:_STUDIES]
     power = power_for([*_all_coefficients(rows), *(_number(one) for study in studies for one in _of_study(study))])
     captions = _captions(rows, power)
+    differ = len({row.engine for row in rows} - {None}) > 1
     room = _room(len(families), studies, len(_problems(rows)), len(captions))
     print_result("\n".join(captions))
     for place, (family, members) in enumerate(families.items()):
@@ -122,7 +128,7 @@ def show_processed(
         if taken and place:
             print_result("")
         if taken:
-            _show_family(family, taken, power)
+            _show_family(family, taken, power, engines=differ)
     if room is not None and room < 0:
         print_result(f"and {-room} more: `tribopipe ls --all`")
     if shown_studies:
@@ -167,8 +173,8 @@ def _number(quantity: "Quantity | None", unit: str = WEAR_COEFFICIENT) -> Number
     return None if quantity is None else number(quantity, unit)
 
 
-def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | None) -> None:
-    """Show runs with k_D of the same bodies."""
+def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | None, *, engines: bool) -> None:
+    """Show runs with k_D of the same bodies, and by which engine if not all runs have the same."""
     first, *others = (
         in_power([_number(row.coefficients.get(name)) for row in rows], power).cells for name in bodies or ("",)
     )
@@ -182,11 +188,12 @@ def _show_family(bodies: tuple[str, ...], rows: Sequence[RunRow], power: int | N
         *(Cells(name, f"k_D, {_short(name)}", cells) for name, cells in zip(bodies[1:], others, strict=True)),
         _rates(rows),
         *([Cells("law", "law", [law_label(row.law) if row.law else NOTHING for row in rows])] if len(laws) > 1 else []),
+        *([Cells("engine", "engine", [_ENGINES[row.engine] for row in rows])] if engines else []),
         Cells("friction", "μ", [_rounded(row.friction) for row in rows]),
         Cells("agreement", "agreement", [row.agreement or NOTHING for row in rows]),
         Cells("flags", "flags", [row.flags for row in rows]),
     ]
-    ranked = ("run", "k_d", "rate", "agreement", "load", "law", "flags", "friction", *bodies[1:])
+    ranked = ("run", "k_d", "rate", "agreement", "load", "law", "flags", "friction", *bodies[1:], "engine")
     _show(columns, ranked)
 
 
