@@ -61,11 +61,10 @@ class OneRun(Archive):
     def store(self) -> None:
         """Write the following steps to the file of the run. Raises ``ArchiveError`` as ``Archive.put_step`` does."""
         steps, self._to_come = self._to_come, []
-        if self._shown is not None:
-            self._shown.close()
-            self._shown = None
-        if steps:
-            self.put_steps(self.run_id, steps)
+        shown, self._shown = self._shown, None
+        if shown is not None:
+            with shown:
+                self.put_steps(self.run_id, steps, shown["entry"])
 
     def _copied(self) -> h5py.File:
         # Its name is that of the file, which errors name and source files are read from; nothing is written there.

@@ -257,13 +257,19 @@ class RunFiles:
         """
         self.put_steps(run_id, [step])
 
-    def put_steps(self, run_id: str, steps: Sequence[Step]) -> None:
-        """Add or replace steps as ``put_step`` does, each after those that it stands on, and write the file once."""
+    def put_steps(self, run_id: str, steps: Sequence[Step], written: h5py.Group | None = None) -> None:
+        """Add or replace steps as ``put_step`` does, each after those that it stands on, and write the file once.
+
+        They are copied from ``written``, an entry that holds them already, where there is one.
+        """
         with self._rewriting(run_id) as (old, new):
             entry = copy_except(old, new, {name for step in steps for name in dropped_by(step, old["entry"])})
             for step in steps:
                 self._refuse_stale(run_id, step, entry)
-                write_step(entry, step)
+                if written is None:
+                    write_step(entry, step)
+                else:
+                    written.copy(step.name, entry)
             if "wear" not in entry:
                 write_wear_plot(entry)
 
