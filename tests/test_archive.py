@@ -138,6 +138,7 @@ def test_step_comes_back_whole_and_leaves_the_raw_part_as_it_was(bare_run, tmp_p
     with archive.open("bare") as file:
         assert file["entry"].attrs["default"] == "wear"
         assert file["entry/wear/pin_wear_depth"].attrs["units"] == "um"
+        assert file["entry/wear/sliding_distance"].attrs["long_name"].endswith(" (m)")
 
 
 @pytest.mark.slow

@@ -41,7 +41,7 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
             "expected files that do not change; try again when the test has ended"
         ) from None
     for name in measured:
-        group[name].attrs["long_name"] = SIGNALS[name].meaning
+        group[name].attrs["long_name"] = SIGNALS[name].axis
     axis = next(name for name in _AXES if name in measured)
     group.attrs.update({"axes": [axis], f"{axis}_indices": 0})
     signal, *others = sorted((name for name in measured if name != axis), key=lambda name: name != "depth") or [axis]

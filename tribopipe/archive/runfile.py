@@ -147,7 +147,7 @@ def _write_columns(entry: h5py.Group, run: RawRun) -> None:
     if signal:
         raw.attrs["auxiliary_signals"] = others
     for name, values in run.columns.items():
-        nexus.field(raw, name, values, SIGNALS[name].unit, origin=run.origins[name], long_name=SIGNALS[name].meaning)
+        nexus.field(raw, name, values, SIGNALS[name].unit, origin=run.origins[name], long_name=SIGNALS[name].axis)
     if run.extras:
         collection = nexus.group(entry, "extra_columns", "NXcollection")
         for number, (label, extra) in enumerate(run.extras.items()):
@@ -162,10 +162,10 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
         data = nexus.group(profiles, f"profile_{number}", "NXdata", signal="height", axes=["position"])
         data.attrs["position_indices"] = 0
         nexus.field(data, "title", name)
-        nexus.field(data, "position", profile.position, "m", long_name="position across the wear track")
-        nexus.field(data, "height", profile.height, "m", long_name="height, positive outward from the body")
+        nexus.field(data, "position", profile.position, "m", long_name="position across the wear track (m)")
+        nexus.field(data, "height", profile.height, "m", long_name="height, positive outward from the body (m)")
         if profile.across is not None:
-            nexus.field(data, "across", profile.across, "m", long_name="position of the scan line in its height map")
+            nexus.field(data, "across", profile.across, "m", long_name="position of the scan line in its height map (m)")
             nexus.field(data, "scan", profile.scan)
 
 

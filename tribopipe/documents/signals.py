@@ -29,6 +29,11 @@ class Signal(NamedTuple):
         """SI unit of the column."""
         return KINDS[self.kind].si
 
+    @property
+    def axis(self) -> str:
+        """Label of an axis in viewers of HDF5, which show no unit next to it."""
+        return self.meaning if self.unit == "1" else f"{self.meaning} ({self.unit})"
+
 
 SIGNALS: dict[SignalName, Signal] = {
     "time": Signal("time", "time since the start of the test"),
