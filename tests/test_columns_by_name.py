@@ -148,6 +148,22 @@ def test_a_unit_of_another_kind_is_named(tmp_path, name, why):
     assert run.unused == (f"signals.csv: column {name!r} seems to be {why}",)
 
 
+@pytest.mark.parametrize(
+    ("names", "doubtful"),
+    [
+        ("Time [s];Depth [um];Torque [N.m];Fn [mN]", True),
+        ("Time [s];Depth [um];Drehmoment [mNm];Fn [mN]", True),
+        ("Time [s];COF;Torque [N.m];Fn [mN]", False),
+        ("Time [s];Depth [um];Torque [%];Fn [mN]", False),
+    ],
+)
+def test_a_torque_may_be_that_of_the_drive(tmp_path, names, doubtful):
+    run = read_run(made(tmp_path, names=names))
+    assert "friction_force" not in run.columns
+    found = findings(run).get("unused_signal")
+    assert (found is not None and "torque of the drive" in found.message) == doubtful
+
+
 def test_a_rotational_speed_is_no_doubtful_sliding_speed(tmp_path):
     assert not read_run(made(tmp_path, names="Time [s];Depth [um];Speed [rpm];Fn [mN]")).unused
 

@@ -76,6 +76,8 @@ _SYNONYMS: dict[SignalName, str] = {
 }
 _AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
 """Axes of a machine, which count where no other column has a name of the signal."""
+_TORQUES: dict[SignalName, str] = {"friction_force": "torque drehmoment couple coppia momento 扭矩 转矩 トルク"}
+"""Torques that may be the drive's, which count where friction is recorded in no other way."""
 _PARTICLES = re.compile(r"(?<![^\W_])(?:d(?:[aeiu]|el|ella|es)|l(?:[ae]|as|es|os)|[dl](?=['’]))(?![^\W_])")
 """Articles and prepositions of Romance languages between the words of a name: "fuerza de fricción", "durée d'essai"."""
 _FIRST_OF_THE_EAST = "\u2e80"
@@ -91,9 +93,9 @@ def plain(name: str) -> str:
     return "".join(sign for sign in kept if sign.isalnum() and (sign.isascii() or sign >= _FIRST_OF_THE_EAST))
 
 
-_NAMED, _ON_AXES = (
+_NAMED, _ON_AXES, _TURNING = (
     {signal: frozenset(map(plain, written.split())) for signal, written in names.items()}
-    for names in (_SYNONYMS, _AXES)
+    for names in (_SYNONYMS, _AXES, _TORQUES)
 )
 
 
@@ -132,6 +134,8 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     for told in (_by_own_name, _by_synonym, _by_axis):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
+    if not {"friction_force", "friction_coefficient"} & {*given, *(meaning.signal for meaning in found.values())}:
+        _add_named([column for column in numbers if is_unit_of(column.unit or "1", "torque")], found, _by_torque)
     for column in named:
         meaning = _strange(column)
         if column.name not in found and meaning and meaning.signal not in given and not _taken(meaning.signal, found):
@@ -177,6 +181,11 @@ def _by_axis(column: ReadColumn) -> SignalName | None:
     return _meant(column, _ON_AXES)
 
 
+def _by_torque(column: ReadColumn) -> SignalName | None:
+    """Give the signal that a torque may be."""
+    return _meant(column, _TURNING)
+
+
 def _meant(column: ReadColumn, named: Mapping[SignalName, frozenset[str]]) -> SignalName | None:
     name = plain_name(column)
     meant = [signal for signal in SIGNALS if name in named.get(signal, ())]
@@ -191,6 +200,7 @@ def _add_named(
     for column, signal in meant:
         if _fits(column.unit, signal):
             doubt = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
+            doubt = doubt or ("it could also be the torque of the drive" if told is _by_torque else "")
             found[column.name] = Meaning(signal, "from its name", doubt, synonym=told is not _by_own_name)
         elif column.unit is None:
             found[column.name] = Meaning(signal, "from its name", NO_UNIT, synonym=told is not _by_own_name)
