@@ -991,6 +991,12 @@ def test_check_also_finds(sound, case):
     assert [finding.where for finding in found_by(name, spoil(sound))] == [where]
 
 
+def test_a_gap_is_placed_where_it_is_although_times_before_it_are_missing(sound):
+    late = column("time", lambda time: time + 5.0 * (np.arange(len(time)) > 600))
+    (gap,) = found_by("recording_gap", both(late, samples_set("time", slice(50, 60), NAN))(sound))
+    assert "after sample 601;" in gap.message
+
+
 @pytest.mark.parametrize(("factor", "named"), [(-1, True), (3, False)])
 def test_remedy_for_a_depth_that_counts_down_names_the_step(sound, factor, named):
     (finding,) = found_by("implausible_depth", column("depth", lambda depth: factor * depth)(sound))

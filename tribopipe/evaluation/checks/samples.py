@@ -366,15 +366,16 @@ _COUNTED = "; if so, map a measured distance or rotations, since the distance de
 @check("warning")
 def recording_gap(run: RawRun) -> Iterator[Trouble]:
     """Find places where recording stopped for a while."""
-    steps = np.diff(run.columns["time"])
-    steps = steps[np.isfinite(steps)]
+    every = np.diff(run.columns["time"])
+    known = np.flatnonzero(np.isfinite(every))
+    steps = every[known]
     usual = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
-    long = np.flatnonzero(steps > _GAP * np.maximum(usual, _around(steps)))
+    long = known[steps > _GAP * np.maximum(usual, _around(steps))]
     gaps = [gap for gap in long.tolist() if not _is_stated_stop(run, gap)]
     if usual and gaps:
         yield Trouble(
             "time",
-            f"found {_gaps(len(gaps))} of {steps[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
+            f"found {_gaps(len(gaps))} of {every[gaps[0]]:.3g} s after {run.numbered(gaps[0])}; "
             f"expected steps of {usual:.3g} s",
             "check whether the test was stopped there" + (_COUNTED if _by_the_clock(run) else ""),
         )
