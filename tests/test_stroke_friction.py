@@ -48,6 +48,23 @@ def test_definitions_differ_where_friction_varies_along_the_stroke(bare_run):
     assert found.half_difference.value == pytest.approx(MU * 4 / math.pi * math.sin(math.pi / 4), rel=0.01)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.1])
+def test_energy_is_friction_over_the_distance_that_was_slid(bare_run, offset):
+    run = recorded(bare_run, sine, offset)
+    # Of a crank, which is slow where friction is low.
+    stroke = run.manifest.conditions.stroke.value
+    slid = stroke * (np.floor(PHASE) + (1 - np.cos(np.pi * (PHASE % 1))) / 2)
+    found = stroke_friction(replace(run, columns={**run.columns, "sliding_distance": slid}))
+    assert found.loop_energy.value == pytest.approx(MU * math.pi / 4, rel=0.01)
+
+
+@pytest.mark.parametrize("slid", [np.floor(PHASE / 2), np.minimum(PHASE, 10.5)])
+def test_energy_of_a_distance_that_is_not_known_within_a_stroke_is_that_at_constant_speed(bare_run, slid):
+    run = recorded(bare_run, sine)
+    found = stroke_friction(replace(run, columns={**run.columns, "sliding_distance": 5e-3 * slid}))
+    assert found.loop_energy.value == pytest.approx(MU * 2 / math.pi, rel=0.05)
+
+
 @pytest.mark.parametrize("method", ["half-difference", "middle-of-stroke"])
 def test_the_definition_in_use_is_named(bare_run, method):
     run = recorded(bare_run, sine, offset=0.05)

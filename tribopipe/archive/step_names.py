@@ -29,9 +29,9 @@ StepStage = Literal[
 ]
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
-    "clean_up": 2,
+    "clean_up": 3,
     "drift_correction": 11,
-    "friction_fit": 7,
+    "friction_fit": 8,
     "specific_wear": 9,
     "wear_fit": 16,
     "prediction": 10,

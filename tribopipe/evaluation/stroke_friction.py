@@ -12,7 +12,7 @@ from tribopipe.results.run import RawRun
 
 _MIDDLE: float = StrokeWiseFriction.model_fields["middle"].default
 _MOST = 0.5
-"""Share of the strokes whose coefficient must be that of a definition."""
+"""Share of the strokes whose coefficient must be that of a definition, and of samples at which distance must grow."""
 _METHODS: tuple[StrokeMethod, ...] = ("half-difference", "middle-of-stroke")
 
 
@@ -49,11 +49,22 @@ def stroke_friction(run: RawRun) -> StrokeFriction | None:
         used=next((method for method in _METHODS if _given_by(mu, values[method])), None),
         half_difference=_ratio(np.array([*values["half-difference"].values()])),
         middle_of_stroke=_ratio(np.array([*values["middle-of-stroke"].values()])),
-        loop_energy=_ratio(directions * whole_parts.means(signed)),
+        loop_energy=_ratio(directions * _over_distance(run, signed, whole_parts)),
         root_mean_square=_ratio(np.sqrt(np.nanmean(friction**2))),
         peak=_ratio(peaks),
         offset=_ratio(Parts([one.middle(_MIDDLE) for one in paired]).means(signed)),
     )
+
+
+def _over_distance(run: RawRun, signed: Column, strokes: Parts) -> Column:
+    """Return the mean friction coefficient of each stroke over the sliding distance, ∫μ dx/∫dx.
+
+    Over time where the distance is too coarse for that: at most samples, or during a whole stroke, it does not grow.
+    """
+    slid = np.gradient(run.sliding_distance)
+    fine = np.mean(slid[strokes.sample] > 0) > _MOST and np.all(strokes.means(slid) > 0)
+    weights = np.where(np.isfinite(signed), slid if fine else 1.0, np.nan)
+    return np.asarray(strokes.means(signed * weights) / strokes.means(weights))
 
 
 def _under_load(run: RawRun) -> Column:

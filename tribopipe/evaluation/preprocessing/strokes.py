@@ -45,6 +45,11 @@ class Stroke(NamedTuple):
         trimmed = round((self.end - self.start) * (1 - share) / 2)
         return slice(self.start + trimmed, max(self.end - trimmed, self.start + trimmed + 1))
 
+    def center(self, count: int) -> slice:
+        """Return so many samples in its middle."""
+        first = (self.start + self.end - count) // 2
+        return slice(first, first + count)
+
 
 class Parts:
     """Samples of several strokes, or of their middles, one after the other: there may be thousands."""
@@ -81,8 +86,10 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
     if not whole:
         return
     averaged = np.full(len(mu), np.nan)
+    # Each stroke counts alike: a drive may be slower forth than back, and with an offset both differ in friction.
+    count = min(middle.stop - middle.start for middle in (stroke.middle(step.middle) for stroke in whole))
     for stroke, value in stroke_values(signed, whole, step.middle, step.method):
-        averaged[stroke.middle(step.middle)] = value
+        averaged[stroke.center(count)] = value
     averaged[~np.isfinite(mu)] = np.nan
     if not np.array_equal(averaged, mu, equal_nan=True):
         what = (
