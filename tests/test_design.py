@@ -1,6 +1,7 @@
 """Experimental design: what a longer test, replicates or a better known input would do, and whether it really does."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,17 @@ def test_longer_tests_know_k_d_of_hard_metal_better_until_a_floor(recipe):
     assert "a longer test is not sufficient" in str(plan)
     # Far beyond, nothing changes any more but for what grows with the depth.
     assert (widths[-2] - widths[-1]) / (widths[0] - widths[1]) < 0.3
+
+
+def test_a_longer_test_is_no_worse_than_the_run():
+    """Fitted together, the scale of the sensor made a longer test worse than the present one."""
+    raw = record(*CASES[SI3N4], sensors={"sampling_rate": HERTZ})
+    scale = Quantity(value=1.0, unit="1", standard_uncertainty=0.03)
+    sensors = raw.manifest.sensors.model_copy(update={"depth_scale": scale})
+    raw = replace(raw, manifest=raw.manifest.model_copy(update={"sensors": sensors}))
+    run = Member(correct_drift(raw), None).pose("archard", Recipe())
+    (now,), (longer,) = run.budgets(), run.budgets(4.0)
+    assert relative(longer) <= relative(now)
 
 
 @pytest.mark.slow

@@ -37,6 +37,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, MonteCarloRecipe, Rec
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_wear
+from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.measurements.track_profile import worn_area
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.geometry import scar_radius_at, short_cap_error, short_track_error
@@ -419,6 +420,32 @@ def test_end_values_that_contradict_each_other_are_named(way):
     assert found(agreeing) == []
     (finding,) = found(wrong)
     assert f"from {way}" in finding.message
+
+
+@pytest.mark.parametrize("shape", ["spherical", "flat"])
+def test_gain_of_a_pin_that_shows_wear_is_named(shape):
+    worn = {"pin_wear_depth": si(5e-6, "m", 1e-7)}
+    volume = pin_on_disc_wear(run_of(described(shape, **worn)), DEFAULTS).bodies["pin"][0].volume.value
+
+    def found(loss, spread):
+        mass = si(loss * volume * DENSITY, "kg", spread * volume * DENSITY)
+        run = run_of(described(shape, **worn, pin_mass_loss=mass))
+        return [one for one in check_run(run) if one.code == "measurements_disagree"]
+
+    assert found(-1.0, 1.0) == []
+    (finding,) = found(-1.0, 0.1)
+    assert "wear volume of the pin" in finding.message
+    assert "from pin_mass_loss" in finding.message
+
+
+def test_contradiction_names_what_depth_and_volume_follow_from():
+    # A scar next to an unmeasured groove gives the depth most certainly, and a wear volume the volume.
+    end = {"pin_scar_length": si(0.4e-3, "m", 5e-7), "pin_wear_volume": si(4e-12, "m^3", 8e-14)}
+    run = run_of(described(**end))
+    rate = specific_wear(run).pin
+    assert (rate.depth_by, rate.volume_by) == ("pin_scar_length", "pin_wear_volume")
+    (finding,) = (one for one in check_run(run) if one.code == "measurements_disagree")
+    assert "pin_scar_length is used for the depth and pin_wear_volume for the volume" in finding.message
 
 
 def test_volume_and_mass_of_the_disc_are_compared():

@@ -138,3 +138,13 @@ def test_settling_without_a_post_test_measurement_asks_for_one(tmp_path):
     fit = fit_wear(correct_drift(run), "archard")
     (found,) = [one for one in fit.findings if one.code == "reading_settles"]
     assert found.remedy.startswith("measure the scar or the mass loss")
+
+
+def test_width_of_a_scar_alone_is_told_apart_from_no_measurement(other_run):
+    replace_in(other_run / "run.toml", "(?m)^pin_scar_diameter = .*", 'pin_scar_width = "440 um"')
+    run = read_run(other_run)
+    fit = fit_wear(correct_drift(run), "archard")
+    assert str(fit).count("fitted, not measured") == 1
+    (found,) = [one for one in fit.findings if one.code == "no_post_test_measurement"]
+    assert found.message.startswith("found only the width of the scar on the pin")
+    assert found.remedy.endswith("end_values.pin_scar_length")

@@ -405,10 +405,20 @@ def test_a_lost_load_and_a_jump_of_friction_are_told_with_their_place():
     columns["friction_coefficient"] = np.where(along < 40, 0.2, 0.5) + 0.1 * np.exp(-along / 5)
     state.add(columns)
     means = state.pooled(np.floor(state.means.sliding_distance))
-    (load,), (friction,) = load_alarms(means, 0.2), friction_alarms(means)
+    (load,), (friction,) = load_alarms(means, 0.2, 0.002), friction_alarms(means)
     assert load.sliding_distance.value == pytest.approx(60.5, abs=0.6)
     assert friction.sliding_distance.value == pytest.approx(40.5, abs=0.6)
     assert not list(friction_alarms(means[:30]))
+
+
+@pytest.mark.parametrize(("factor", "spread", "told"), [(1.1, 0.01, True), (1.1, 0.05, False), (1.015, 0.0, False)])
+def test_a_load_that_is_not_the_nominal_one_is_told_since_k_d_is_calculated_with_that(factor, spread, told):
+    state, along = State(), np.linspace(0.01, 100, 10000)
+    state.add({"time": along, "sliding_distance": along, "depth": along, "normal_force": np.full(10000, 0.2 * factor)})
+    means = state.pooled(np.floor(state.means.sliding_distance))
+    alarms = [*load_alarms(means, 0.2, 0.2 * spread)]
+    assert [alarm.kind for alarm in alarms] == ["nominal load"] * told
+    assert all("median load of 220 mN" in alarm.message and "200 mN" in alarm.message for alarm in alarms)
 
 
 # What is known beforehand

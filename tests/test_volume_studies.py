@@ -210,6 +210,16 @@ def test_end_of_life_is_where_the_cap_has_been_worn():
     assert law.runs[0].end_of_life.place.value == pytest.approx(cap / (K_PIN * 0.2), rel=1e-3)
 
 
+def test_end_of_life_has_no_upper_limit_where_the_groove_may_be_deeper_than_the_tip_before():
+    # With k_D of the pin near zero in some draws, the pin reaches no depth before the groove is as deep as its tip.
+    ends = {"pin_wear_volume": lost(share=0.4), "disc_wear_volume": lost(k=30 * K_DISC)}
+    life = studied([member("one", **ends)], end_of_life=si(20e-6, "m")).result.laws[0].runs[0].end_of_life
+    sure = {name: value | {"standard_uncertainty": 1e-3 * value["value"]} for name, value in ends.items()}
+    expected = studied([member("one", **sure)], end_of_life=si(20e-6, "m")).result.laws[0].runs[0].end_of_life
+    assert life.place.value == pytest.approx(expected.place.value, rel=0.05)
+    assert life.interval[0].value < expected.interval[0].value
+
+
 def test_density_is_off_by_the_same_in_all_runs():
     mass = si(3210.0 * K_PIN * 0.2 * SLID, "kg", 1e-15)
     law = studied([member(f"run-{n}", pin_mass_loss=mass) for n in range(4)]).result.laws[0]

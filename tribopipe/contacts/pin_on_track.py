@@ -164,7 +164,8 @@ class PinAndTrackWear:
     def progress_to(self, values: Values, depth: float) -> Column:
         """Return the effective sliding distance after which the pin, or else the track, has worn to a depth, m.
 
-        It is infinite where neither wears. Raises ``ContactError`` past the tip.
+        It is infinite where neither wears, and in draws in which both would have worn past the tip before. Raises
+        ``ContactError`` where that is so in all draws.
         """
         tip, load = self.tip(values), np.asarray(values["normal_load"])
         pin, track = _coefficients(values)
@@ -175,12 +176,13 @@ class PinAndTrackWear:
             return tip.worn_to(depth, ratio)
 
         worn, length = self._along(values, reached)
-        if not np.all(worn.approach < tip.most):
+        within = worn.approach < tip.most
+        if not np.any(within):
             raise _too_deep(worn, tip)
         lost = np.where(wears, worn.pin_volume, worn.groove_area * length)
         rate = np.where(wears, pin, track) * load
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(rate > 0, lost / rate, np.inf)
+            return np.where((rate > 0) & within, lost / rate, np.inf)
 
     def local_amount(self, values: Values, progress: Column) -> Column:
         """Return k_1·S of the pin, m³/N."""

@@ -334,6 +334,7 @@ _TOO_FAR = 3.0
 """Standard uncertainties."""
 _WEAR: dict[tuple[str, Literal["depth", "volume"]], Wear] = {
     ("pin", "depth"): "pin_depth",
+    ("pin", "volume"): "pin_volume",
     ("disc", "depth"): "disc_depth",
     ("disc", "volume"): "disc_volume",
 }
@@ -399,11 +400,14 @@ class Contradiction(NamedTuple):
 def contradictions(worn: WornBodies) -> Iterator[Contradiction]:
     """Yield each two ways whose depths, or volumes, differ by more than three standard uncertainties of the difference.
 
-    What both depend on, such as the radius of the tip, counts once.
+    What both depend on, such as the radius of the tip, counts once. Volumes of a pin follow from its depth, and are
+    compared only where one of them is a gain, which has no depth.
     """
     for (body, what), wear in _WEAR.items():
         ways = (way for way in worn.bodies[body] if getattr(way, what) is not None)
         for one, other in combinations(ways, 2):
+            if wear == "pin_volume" and None not in (one.depth, other.depth):
+                continue
             gap = _gap(one, other, what, wear)
             spread = gap.standard_uncertainty or 0.0
             least = _ROUNDING * abs(getattr(one, what).value)

@@ -5,6 +5,7 @@ sensors, the same noise at the same sampling rate; post-test measurements of dep
 are, volumes as uncertain relative to themselves.
 """
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,6 +35,14 @@ from tribopipe.results.wear_fit import Contribution
 
 _FEWEST_COPIED = 16
 """Samples from which on two equal recordings are of one test."""
+
+
+def _relative(lines: Sequence[Contribution]) -> float:
+    return math.hypot(*(line.relative for line in lines))
+
+
+_DEAFENING = 1e12
+"""Factor of the variance of a reading that leaves it no weight."""
 
 
 def at_length(problem: WearProblem, coefficient: float, length: float) -> WearProblem:
@@ -122,9 +131,10 @@ class Member:
         if isinstance(problem, WearProblem) and not self.has_curve:
             problem = ("a post-test measurement of the pin (wear depth, scar, wear volume, mass or profile)",)
         if not isinstance(problem, WearProblem):
+            missing = self.corrected.run.manifest.worded(" and ".join(problem))
             raise FitError(
-                f"{self.id}: found a run without {' and '.join(problem)}; expected a depth signal, a post-test "
-                f"measurement and, for a law that includes friction, a friction signal; remove the run from the study"
+                f"{self.id}: found a run without {missing}; expected a depth signal, a post-test measurement and, for "
+                "a law that includes friction, a friction signal; add what is missing, or remove the run from the study"
             )
         joint = joint_problem(problem, self.corrected, recipe)
         by_model = recipe.wear.correction == "model"
@@ -217,10 +227,33 @@ class PosedRun:
         )
 
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
-        """Return what u of k_D is made of, for a test ``length`` times as long where that is named."""
+        """Return what u of k_D is made of, for a test ``length`` times as long where that is named.
+
+        A longer test tells no less than this one: at worst, what comes after it is left out.
+        """
         if length is None:
-            return [budget(self.problem.condensed(), self.coefficient)]
-        return [budget(at_length(self.plain, self.coefficient, length), self.coefficient)]
+            return [self._budget]
+        other = budget(at_length(self._alike, self.coefficient, length), self.coefficient)
+        return [min(self._budget, other, key=_relative) if length > 1 else other]
+
+    @cached_property
+    def _budget(self) -> tuple[Contribution, ...]:
+        return budget(self.problem.condensed(), self.coefficient)
+
+    @cached_property
+    def _alike(self) -> WearProblem:
+        """The plain run, or the measurement alone where that has an uncertainty more like the run's.
+
+        Least squares of both do not know that the scale of the sensor is off for all samples alike.
+        """
+        if self.problem is self.plain:
+            return self.problem
+
+        def unlike(way: WearProblem) -> float:
+            as_long = budget(at_length(way, self.coefficient, 1.0), self.coefficient)
+            return abs(math.log(_relative(as_long) / _relative(self._budget)))
+
+        return min((self.plain, self.by_measurement), key=unlike)
 
     @cached_property
     def coefficient(self) -> float:
@@ -238,6 +271,11 @@ class PosedRun:
         white = self.joint.random_uncertainty(self.coefficient)
         louder = self.problem.random_uncertainty(self.coefficient) / white if white else 1.0
         return replace(self.joint, noise=self.joint.noise * max(1.0, louder) ** 2)
+
+    @property
+    def by_measurement(self) -> WearProblem:
+        """The same run with a depth signal so noisy that k_D follows from what was measured on the pin."""
+        return replace(self.joint, noise=self.joint.noise * _DEAFENING)
 
     @cached_property
     def places(self) -> Column:

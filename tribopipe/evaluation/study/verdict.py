@@ -184,6 +184,9 @@ def _telling(comparison: Comparison, with_factor: Callable[[float], Column]) -> 
     return False
 
 
+_DEPARTING: tuple[Verdict, ...] = ("over-predicts", "under-predicts")
+
+
 class KnownCoefficient(NamedTuple):
     """k_D of one body, m²/N: by a run alone, and by the study."""
 
@@ -224,7 +227,7 @@ def body_verdict(
 
 def worst_outcome(bodies: Collection[BodyVerdict]) -> Verdict:
     """Return the outcome of a run: that of the body that departs most."""
-    departing = [body for body in bodies if body.outcome in ("over-predicts", "under-predicts")]
+    departing = [body for body in bodies if body.outcome in _DEPARTING]
     if departing:
         return max(departing, key=lambda body: abs(body.e_n)).outcome
     return "not decidable" if any(body.outcome == "not decidable" for body in bodies) else "supported"
@@ -235,12 +238,12 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
     name, at = law_heading(law), f"at {show_force(verdict.normal_load.value)}"
     slip = verdict.slip
     each = {body: _against(found, verdict) for body, found in verdict.bodies.items()}
-    off = {body: f"E_n = {signed(found.e_n, 2)}" for body, found in verdict.bodies.items()}
+    off = {body: _by_how_much(found) for body, found in verdict.bodies.items()}
     ratios = " and ".join(f"{found.coefficient_ratio}" for found in verdict.bodies.values())
     if slip is None:
         named = {body: f"{spoken(body)} " if len(each) > 1 else "" for body in each}
         said = "; ".join(
-            f"{named[body]}{words} at {verdict.end.value:.4g} m, {off[body]}" for body, words in each.items()
+            f"{named[body]}{words} at {show(verdict.end.value, None, 'm')}, {off[body]}" for body, words in each.items()
         )
         alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     else:
@@ -265,6 +268,16 @@ def _against(body: BodyVerdict, verdict: RunVerdict) -> str:
         f"{body.predicted.shown(unit)} {verdict.role} (95 % CI: {between(body.predicted_interval, unit)}) against "
         f"{body.measured.shown(unit)} measured"
     )
+
+
+def _by_how_much(body: BodyVerdict) -> str:
+    """Return E_n at the end and, where the law departs from the wear before it, the largest one with its place."""
+    end, as_at_the_end = f"E_n = {signed(body.e_n, 2)}", (body.e_n > 0) == (body.outcome == "under-predicts")
+    if body.outcome not in _DEPARTING or (as_at_the_end and abs(body.e_n) >= 1):
+        return end
+    at = body.e_n_all_at
+    place = at if isinstance(at, str) else show(float(f"{at.value:.3g}"), None, at.unit)
+    return f"{end}, but {signed(body.e_n_all, 2)} at {place}"
 
 
 def _left_over(body: BodyVerdict) -> str:

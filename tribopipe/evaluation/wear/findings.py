@@ -232,15 +232,16 @@ def shape_is_rejected(posterior: DepthPosterior) -> bool:
 def _by_sensor_alone(problem: DepthProblem) -> Finding:
     drift = Quantity(value=problem.recipe.drift.prior.value, unit="m").shown("nm")
     source = "depth sensor alone" if problem.end.disc is None else "depth signal minus the wear depth of the disc"
+    found, remedy = "no post-test measurement of the pin", problem.contact.pin.how_to_measure
+    if problem.run.manifest.end_values.pin_scar_width is not None:
+        found = "only the width of the scar on the pin, which is as wide as the track, whichever of both has worn"
+        remedy = "measure the length of the scar in the sliding direction and state it as end_values.pin_scar_length"
     return Finding(
         severity="warning",
         code="no_post_test_measurement",
         where="end_values",
-        message=(
-            f"found no post-test measurement of the pin; k_D is based on the {source}, with an assumed drift of "
-            f"0 ± {drift} over the test"
-        ),
-        remedy=problem.contact.pin.how_to_measure,
+        message=f"found {found}; k_D is based on the {source}, with an assumed drift of 0 ± {drift} over the test",
+        remedy=remedy,
     )
 
 

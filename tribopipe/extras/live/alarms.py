@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 
 from tribopipe.base.arrays import Column
-from tribopipe.base.units import WEAR_COEFFICIENT, show_force
+from tribopipe.base.units import WEAR_COEFFICIENT, show, show_force
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.record import Record
@@ -29,7 +29,7 @@ from tribopipe.extras.live.estimate import Posterior
 from tribopipe.extras.live.problem import mean_distance
 from tribopipe.extras.live.state import Means, State
 
-AlarmKind = Literal["law", "sensor", "load", "friction", "stalled", "replaced", "counterbody"]
+AlarmKind = Literal["law", "sensor", "load", "nominal load", "friction", "stalled", "replaced", "counterbody"]
 
 
 class Alarm(Record):
@@ -59,6 +59,8 @@ _CHANGES = 20
 """Changes of a reading by which it is known how often it changes."""
 _LOAD_OFF = 0.2
 """Relative difference of a block's load from the nominal one."""
+_CLEARLY, _USUALLY_OFF = 3.0, 0.02
+"""Standard uncertainties of the nominal load, and share of it, by which the median load differs."""
 _FRICTION_JUMP = 0.5
 """Relative difference of a block's friction from that of the blocks before it."""
 _LEAST_JUMP = 0.05
@@ -96,22 +98,38 @@ class StuckSensor:
             yield alarm_at(
                 "sensor",
                 self._since,
-                f"the depth signal has been exactly {shown} since {self._since:.4g} m ({self._same} samples): the "
-                "sensor is at the end of its range, or its channel is dead",
+                f"the depth signal has been exactly {shown} since {show(self._since, None, 'm')} ({self._same} "
+                "samples): the sensor is at the end of its range, or its channel is dead",
             )
 
 
-def load_alarms(means: Means, nominal: float) -> Iterator[Alarm]:
-    """Report where the measured load is not the nominal one, N; the first block may be the loading ramp."""
+def load_alarms(means: Means, nominal: float, spread: float) -> Iterator[Alarm]:
+    """Report where the measured load is not the nominal one, N, with its standard uncertainty, and if it never is.
+
+    The first block may be the loading ramp.
+    """
     load, distance = means.load[1:], means.sliding_distance[1:]
+    stated, usual = show_force(nominal, None), _usual(load)
     for off in np.flatnonzero(np.abs(load - nominal) > _LOAD_OFF * nominal)[:1]:
-        found, stated = (show_force(float(force), None) for force in (load[off], nominal))
         yield alarm_at(
             "load",
             float(distance[off]),
-            f"found a load of {found} at {distance[off]:.4g} m, although the nominal load is {stated}: the weight "
-            "was removed, or the load cell is faulty",
+            f"found a load of {show_force(float(load[off]), None)} at {distance[off]:.4g} m, although the nominal load "
+            f"is {stated}: the weight was removed, or the load cell is faulty",
         )
+    if abs(usual - nominal) > max(_CLEARLY * spread, _USUALLY_OFF * nominal):
+        yield alarm_at(
+            "nominal load",
+            float(distance[-1]),
+            f"found a median load of {show_force(usual, None)}, although the nominal load, with which k_D is "
+            f"calculated, is {stated}: correct conditions.normal_load, or check the unit and zero of the load cell",
+        )
+
+
+def _usual(load: Column) -> float:
+    """Return the median of the loads that are known; NaN without any."""
+    known = load[np.isfinite(load)]
+    return float(np.median(known)) if len(known) else math.nan
 
 
 def friction_alarms(means: Means) -> Iterator[Alarm]:
@@ -126,8 +144,8 @@ def friction_alarms(means: Means) -> Iterator[Alarm]:
         yield alarm_at(
             "friction",
             distance,
-            f"friction changed from {before[jump]:.2g} to {after[jump]:.2g} at {distance:.4g} m: check the contact, "
-            "the lubricant and the load",
+            f"friction changed from {before[jump]:.2g} to {after[jump]:.2g} at {show(distance, None, 'm')}: check the "
+            "contact, the lubricant and the load",
         )
 
 
@@ -145,8 +163,9 @@ def counterbody_alarms(found: Posterior) -> Iterator[Alarm]:
     yield alarm_at(
         "counterbody",
         slid,
-        f"found a linear drift of {_microns(drift)} by {slid:.4g} m, where a sensor has {plausible.shown('nm')}: the "
-        f"{body} may be wearing; k_D would be {beside} with {_microns(both.depths(slid)[1])} wear of the {body}, and "
+        f"found a linear drift of {_microns(drift)} by {show(slid, None, 'm')}, where a sensor has "
+        f"{plausible.shown('nm')}: the {body} may be wearing; k_D would be {beside} with "
+        f"{_microns(both.depths(slid)[1])} wear of the {body}, and "
         f"{alone} without; measure the wear of the {body} after the test",
     )
 
@@ -181,8 +200,8 @@ class Departure:
         return alarm_at(
             "law",
             self.noticed,
-            f"the depth signal has deviated from the wear law since about {self.since:.4g} m, {where} than predicted "
-            "from the earlier signal: the wear rate has changed, the counterbody wears, or the drift is not "
+            f"the depth signal has deviated from the wear law since about {show(self.since, None, 'm')}, {where} than "
+            "predicted from the earlier signal: the wear rate has changed, the counterbody wears, or the drift is not "
             "steady",
         )
 

@@ -5,9 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from tribopipe.base.errors import ContactError, FitError
+from tribopipe.base.units import show
 from tribopipe.documents.preprocessing import Invert
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.record import Record
+from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.extras.live.alarms import (
     Alarm,
     AlarmKind,
@@ -86,8 +88,8 @@ class Session:
         if planned is None or self.asked.ends_at(reached):
             return self._update([])
         message = (
-            f"no data have been appended for {seconds:.0f} s (at {reached:.4g} m of {planned:.4g} m): the test or "
-            "its recording may have stopped"
+            f"no data have been appended for {seconds:.0f} s (at {show(reached, None, 'm')} of "
+            f"{show(planned, None, 'm')}): the test or its recording may have stopped"
         )
         return self._update([alarm_at("stalled", reached, message)])
 
@@ -123,7 +125,9 @@ class Session:
             return
         means = blocks(self.state, self.asked.planned or self._reached)
         if self.asked.run.origins.get("normal_force") == "measured":
-            yield from load_alarms(means, self.asked.run.manifest.conditions.normal_load.value)
+            nominal = self.asked.run.manifest.conditions.normal_load.value
+            share = load_share(self.asked.run, self.asked.recipe.uncertainty)
+            yield from load_alarms(means, nominal, share * nominal)
         yield from friction_alarms(means)
         if self.posterior is not None:
             yield from counterbody_alarms(self.posterior)
