@@ -206,10 +206,13 @@ SPOILED = {
         key("radius", '{ value = "0.794 mm", standard_uncertainty = "1e999 %" }'),
         ["run.toml", "contact.pin.radius", "finite"],
     ),
-    "load of zero": (key("normal_load", '"0 mN"'), ["run.toml", "conditions.normal_load", "0 N", "a positive value"]),
+    "load of zero": (
+        key("normal_load", '"0 mN"'),
+        ["run.toml", "conditions.normal_load", "'0 mN'", "a positive value"],
+    ),
     "negative load": (
         key("normal_load", '"-400 mN"'),
-        ["run.toml", "conditions.normal_load", "-0.4 N", "a positive value", "sign"],
+        ["run.toml", "conditions.normal_load", "'-400 mN'", "a positive value", "sign"],
     ),
     "density in kg/m³ as in the paper's Table 1": (
         key("density", '"3.21 kg/m^3"'),

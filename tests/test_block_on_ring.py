@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from folders import replace_in
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,6 +25,7 @@ from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.physics.geometry import cap_radius, segment_area, segment_height
 from tribopipe.physics.pin_on_disc import BlockOnCylinder
 from tribopipe.readers.draft.known_values import problem_of
+from tribopipe.results.finding import title
 from tribopipe.results.run import RawRun
 
 BLOCK = {"width": "6.35 mm", "material": "bronze", "youngs_modulus": "110 GPa", "poisson_ratio": 0.34}
@@ -291,6 +293,20 @@ def workspace(tmp_path, run_cli, few_draws):  # noqa: ARG001 - few while it is t
     done = run_cli("simulate", ".", "--plan", "plan.toml", cwd=tmp_path)
     assert done.exit_code == 0, done.stderr
     return tmp_path
+
+
+@pytest.mark.slow
+def test_missing_measurement_is_that_of_the_block(workspace, run_cli):
+    run = workspace / "ring-1" / "run.toml"
+    replace_in(run, "(?m)^block_scar_width = .*", "")
+    done = run_cli("process", "ring-1", "--no-figures", cwd=workspace)
+    assert "found no post-test measurement of the block" in done.stderr
+    assert title("no_post_test_measurement") == "k_D from the depth signal alone"  # whichever body it is
+    drafted = run_cli("study", "new", cwd=workspace)
+    assert "ring-1: excluded: missing: a post-test measurement of the block" in drafted.stderr
+    planned = run_cli("plan", "ring-1", "--interval", "2 %", cwd=workspace)
+    assert "found a run without a post-test measurement of the block" in planned.stderr
+    assert "add what is missing" in planned.stderr
 
 
 @pytest.mark.slow

@@ -168,6 +168,12 @@ def test_prediction_without_any_distance_is_a_usage_error(run_cli, sample_run):
     assert "--at" in result.stderr
 
 
+def test_prediction_without_a_lighter_run_says_how_to_predict_one(run_cli, archive):
+    told = run_cli("predict", "--archive", archive)
+    assert "Nothing to predict: no comparable run" in told.stderr
+    assert 'state what to predict, such as --at "500 m".' in told.stderr
+
+
 def test_check_exits_with_0_on_notes_and_1_on_warnings(run_cli, sample_run):
     set_key(sample_run, "radius", '"0.794 mm"')
     noted = run_cli("check", sample_run, "--json")

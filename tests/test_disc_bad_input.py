@@ -80,7 +80,7 @@ CASES = {
         ("conditions.slip", "in addition to flat_disc_speed", "remove the other"),
     ),
     "load of zero": (key("normal_load", '"0 mN"'), ("conditions.normal_load", "found")),
-    "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "-0.25 N", "check sign")),
+    "load below zero": (key("normal_load", '"-250 mN"'), ("conditions.normal_load", "'-250 mN'", "check sign")),
     "wear deeper than the crown radius": (
         end('curved_disc_wear_depth = "4 mm"'),
         ("end_values.curved_disc_wear_depth", "not less than the crown radius of", "check the units of both values"),
@@ -159,8 +159,8 @@ CASES = {
         ("curved_disc_wear_volume", "wear is a loss"),
     ),
     "no crown radius": (sub("(?m)^crown_radius = .*\n", ""), ("contact", "crown_radius: missing", "add this key")),
-    "crown radius of zero": (key("crown_radius", '"0 mm"'), ("crown_radius", "found 0 m", "check sign")),
-    "rolling radius below zero": (key("rolling_radius", '"-4 mm"'), ("rolling_radius", "-0.004 m", "check sign")),
+    "crown radius of zero": (key("crown_radius", '"0 mm"'), ("crown_radius", "found '0 mm'", "check sign")),
+    "rolling radius below zero": (key("rolling_radius", '"-4 mm"'), ("rolling_radius", "'-4 mm'", "check sign")),
     "unknown tribometer": (key("kind", '"ball-cratering"'), ("contact", "ball-cratering")),
     **{
         f"rotations {written}": (

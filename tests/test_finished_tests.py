@@ -198,3 +198,27 @@ def test_options_for_recordings_are_refused(run_cli, lab, option):
     assert refused.exit_code == 1
     assert f"--each-row: found {option[0]} in addition" in refused.stderr
     assert "found 2 files" in run_cli("new", "tests.csv", "lab.toml", "--each-row").stderr
+
+
+def test_four_balls_have_their_speed_from_their_diameter(run_cli, lab):
+    (lab / "lab.toml").write_text(
+        """schema = "tribopipe.template/1"
+[contact]
+kind = "four-ball"
+[contact.ball]
+diameter = "12.7 mm"
+material = "100Cr6"
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[conditions]
+rotational_speed = "1200 rpm"
+sliding_distance = "1 km"
+""",
+        encoding="utf-8",
+    )
+    table(lab, "FB1;392;0,62", head="specimen;normal load [N];scar diameter [mm]")
+    made = run_cli("new", "tests.csv", "--each-row", "--template", "lab.toml")
+    assert made.exit_code == 0, made.stderr
+    seconds = 1000 / (2 * math.pi * 20 * 6.35e-3 / math.sqrt(3))
+    last = (lab / "FB1" / "signals.csv").read_text().splitlines()[-1].split(",")
+    assert [float(number) for number in last] == pytest.approx([seconds, 1000])

@@ -294,3 +294,11 @@ def test_run_folder_is_no_archive(run_cli, sample_run, command):
     assert "found a run folder; expected a folder of archived runs" in told.stderr
     assert {path.name for path in sample_run.iterdir()} == {path.split("/")[0] for path in before}
     assert tree_bytes(sample_run) == before
+
+
+def test_a_date_without_a_time_is_listed_without_one(run_cli, sample_run, tmp_path):
+    set_key(sample_run, "started", "2024-05-12")
+    assert run_cli("ingest", sample_run, "--archive", tmp_path / "a").exit_code == 0
+    for command in (["ls", "--columns", "id,started"], ["show", HEAVIER, "-v"]):
+        shown = run_cli(*command, "--archive", tmp_path / "a").stdout
+        assert re.search(r"2024-05-12(?! 00:00)", shown)

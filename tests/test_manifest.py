@@ -147,6 +147,59 @@ def test_first_problem_is_told_and_the_rest_counted():
         read_document(document, RunManifest, where="where")
 
 
+@pytest.mark.parametrize(
+    ("written", "found"),
+    [
+        ("-1.4 mm", "'-1.4 mm'"),
+        ({"value": "-800 um", "standard_uncertainty": "4 um"}, "'-800 um'"),
+        ({"values": ["384 um", "-0.38 mm"]}, "'-0.38 mm'"),
+        ({"value": -1.4e-3, "unit": "m"}, "-1400 µm"),
+    ],
+)
+def test_a_negative_size_is_shown_as_it_is_written(written, found):
+    document = with_value(("end_values", "pin_scar_diameter"), written)
+    message = f"where: end_values.pin_scar_diameter: found {found}; expected zero or a positive value"
+    with pytest.raises(ManifestError, match=rf"^{re.escape(message)}"):
+        read_document(document, RunManifest, where="where")
+
+
+def test_a_load_of_zero_is_shown_as_it_is_written():
+    with pytest.raises(ManifestError, match="found '0 N'; expected a positive value"):
+        read_document(with_value(("conditions", "normal_load"), "0 N"), RunManifest, where="where")
+
+
+def test_a_missing_key_is_shown_with_an_example():
+    document = copy.deepcopy(DOCUMENT)
+    del document["conditions"]["normal_load"]
+    with pytest.raises(ManifestError, match=r'normal_load: missing; add this key, such as normal_load = "200 mN"$'):
+        read_document(document, RunManifest, where="where")
+    document = copy.deepcopy(DOCUMENT)
+    del document["contact"]["pin"]["poisson_ratio"]
+    with pytest.raises(ManifestError, match=r"add this key, such as poisson_ratio = 0\.24$"):
+        read_document(document, RunManifest, where="where")
+
+
+def test_a_key_of_which_only_a_word_is_written_suggests_those_with_this_word():
+    document = with_value(("conditions", "load"), "5 N")
+    with pytest.raises(ManifestError, match=r"conditions\.load: unknown key; did you mean 'normal_load'\?"):
+        read_document(document, RunManifest, where="where")
+    document = with_value(("conditions", "speed"), "5 m/s")
+    with pytest.raises(ManifestError, match="did you mean 'sliding_speed' or 'rotational_speed'"):
+        read_document(document, RunManifest, where="where")
+
+
+def test_one_table_of_signals_is_told_to_be_a_list():
+    document = with_value(("signals",), {"file": "signals.csv"})
+    with pytest.raises(ManifestError, match=r"signals: found \[signals\], a single table; .*; write \[\[signals\]\]"):
+        read_document(document, RunManifest, where="where")
+
+
+def test_a_body_of_another_tribometer_keeps_its_name_in_the_message():
+    document = with_value(("contact", "kind"), "reciprocating")
+    with pytest.raises(ManifestError, match=r"contact\.disc: unknown key; available: flat, kind, pin"):
+        read_document(document, RunManifest, where="where")
+
+
 # --- interruptions and sensors ---
 
 STOPS: list[dict] = [
@@ -226,7 +279,7 @@ def test_unknown_key_at_an_interruption_is_refused_with_its_place_and_the_neares
 def test_interruption_without_its_distance_is_refused():
     document = with_stop(0)
     del document["interruptions"][0]["sliding_distance"]
-    with pytest.raises(ManifestError, match=r"^where: interruptions\[0\]\.sliding_distance: missing; add this key$"):
+    with pytest.raises(ManifestError, match=r"^where: interruptions\[0\]\.sliding_distance: missing; add this key"):
         read_document(document, RunManifest, where="where")
     assert not run_schema().is_valid(as_json(document))
 

@@ -250,7 +250,7 @@ def test_what_is_typical_of_a_material_is_taken_only_where_it_is_accepted(run_cl
     put(lab, a=head + table("Friction force [N]", [1.0, 2.0]))
     offered, taken = (run_cli("new", "a.csv", "--id", name, *more) for name, more in (("b", []), ("c", ["--accept"])))
     keys = "contact.pin.youngs_modulus, contact.pin.poisson_ratio"
-    assert f"suggested in run.toml: {keys}; accept with --accept\n" in offered.stderr
+    assert f"suggested in run.toml: {keys}; to accept, remove the # from these lines, or delete" in offered.stderr
     assert "contact.pin.youngs_modulus = 210 GPa, typical of steel" in taken.stderr
     assert '# youngs_modulus = "210 GPa"      # typical of steel\n' in (lab / "b" / "run.toml").read_text(
         encoding="utf-8"
@@ -534,6 +534,7 @@ def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written,
     [
         ("conditions.normal_load", "found no '='"),
         ("conditions.normal_laod=5 N", "did you mean 'normal_load'"),
+        ("conditions.load=5 N", r"did you mean 'normal_load'\?"),  # and no key of a four-ball test
         ("conditions.normal_load=5", "without a unit|bare number"),
         ("conditions=5 N", "a key that cannot be set; expected a key such as conditions.normal_load"),
         ("signals.reader=x", "a key that cannot be set"),
@@ -545,6 +546,19 @@ def test_a_template_that_cannot_be_is_refused_with_the_key(lab, export, written,
 def test_settings_that_cannot_be_are_refused(export, setting, told):
     with pytest.raises(ManifestError, match=told):
         make_run(Wanted([export], settings=[setting]))
+
+
+def test_a_body_of_another_tribometer_is_refused_with_those_of_this_one(export):
+    with pytest.raises(ManifestError, match=r"contact\.disc: unknown key; available: flat, kind, pin$"):
+        make_run(Wanted([export], settings=["contact.kind=reciprocating", "contact.disc.material=steel"]))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_ball_that_a_person_describes_is_a_spherical_pin(order):
+    settings = ["contact.kind=reciprocating", "contact.ball.diameter=6 mm", "contact.ball.material=Al2O3"]
+    values = gather({}, "", settings[::order], []).values
+    pin = {name: values[f"contact.pin.{name}"] for name in ("shape", "radius", "material")}
+    assert pin == {"shape": "spherical", "radius": "3 mm", "material": "Al2O3"}
 
 
 BALL = """\
@@ -651,6 +665,34 @@ def test_half_described_bodies_stay_commented_until_they_are_whole():
         "youngs_modulus": "210 GPa",
         "poisson_ratio": 0.3,
     }
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        {"conditions.stroke": "1.5 mm", "conditions.frequency": "25 Hz"},
+        {"conditions.rotational_speed": "197 rpm", "conditions.track_radius": "8 mm"},
+        {"conditions.rotational_speed": "197 rpm", "contact.ring.radius": "17.5 mm"},
+    ],
+)
+def test_a_speed_that_follows_from_the_motion_is_not_asked_for(motion):
+    known, asked = drafted(export_of("a.txt", {}))[0], answering("5 N")
+    for key, value in motion.items():
+        assert known.take(key, value) is None
+    ask_for_missing(known, asked, str)
+    assert not any(question.startswith("conditions.sliding_speed") for question in asked.asked)
+
+
+def test_only_the_lines_that_apply_are_to_be_uncommented():
+    text = drafted(export_of("a.txt", {"contact.pin.material": "100Cr6"}))[1]
+    assert "# at the start of the names of these tables, and of the lines that apply: lines without a source" in text
+
+
+def test_times_that_are_no_numbers_are_reported_with_their_line(run_cli, lab):
+    put(lab, a=table("Depth [um]", range(50)).replace(b"4.9,", b"a while later,"))
+    made = run_cli("new", "a.csv", "--set", LOAD)
+    assert made.exit_code == 0, made.stderr
+    assert "still to be corrected: a.csv, line 51, column 'Time [s]': found 'a while later'" in made.stderr
 
 
 TEXTS = st.text(max_size=30)

@@ -90,7 +90,7 @@ def test_no_track_is_no_wear_of_the_disc(key):
 
 
 def test_a_scar_below_zero_is_refused():
-    with pytest.raises(ManifestError, match=r"block_scar_width: found -0.001 m; expected zero or a positive value"):
+    with pytest.raises(ManifestError, match=r"block_scar_width: found '-1.0 mm'; expected zero or a positive value"):
         read(block_on_ring(end_values={"block_scar_width": "-1.0 mm"}))
 
 

@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 from folders import SAMPLES, tree_bytes
+from matplotlib.figure import Figure
 from sweeps import others_slow
 from typer.main import get_command
 
 from tribopipe.base.errors import OutputError
 from tribopipe.cli.app import app
 from tribopipe.pipeline.output_paths import made_here, require_free, require_outside
+from tribopipe.views.run_figures import save_figures
 
 pytestmark = pytest.mark.usefixtures("few_draws")
 
@@ -231,6 +233,13 @@ def test_picture_of_somebody_else_stays(place):
     theirs.write_text("<svg>theirs</svg>", encoding="utf-8")
     with pytest.raises(OutputError, match="found an existing file"):
         require_free([theirs], own=made_here)
+
+
+def test_figures_are_not_drawn_where_a_picture_of_somebody_else_stays(tmp_path, monkeypatch):
+    (tmp_path / "b.svg").write_text("<svg>theirs</svg>", encoding="utf-8")
+    monkeypatch.setattr("tribopipe.views.run_figures._picture", lambda *_, **__: pytest.fail("drawn in vain"))
+    with pytest.raises(OutputError, match="found an existing file"):
+        save_figures(tmp_path, {"a.png": Figure(), "b.svg": Figure()})
 
 
 def test_link_to_nowhere_is_something_that_is_there(tmp_path):

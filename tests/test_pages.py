@@ -1,6 +1,6 @@
 """Pages of runs and studies as text: all that is known stands there, and is read without the curves."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -53,8 +53,8 @@ from tribopipe.results.wear_prediction import (
     UsedCoefficient,
     WearPrediction,
 )
-from tribopipe.views.page import StagePage, duration, interval, record_facts, shown
-from tribopipe.views.run_page import _TOLD, run_page, stage_pages, step_title
+from tribopipe.views.page import Fact, StagePage, duration, interval, record_facts, shown
+from tribopipe.views.run_page import _TOLD, _recorded, run_page, stage_pages, step_title
 from tribopipe.views.study_page import study_page_of
 
 RUN = "si3n4-air-200mN"
@@ -93,6 +93,12 @@ def table(page: StagePage, title: str) -> tuple[tuple[str, ...], ...]:
 
 
 # --- a run ---
+
+
+def test_long_distances_are_shown_without_a_computer_exponent(archive):
+    outline = Archive(archive).outline(RUN)
+    recorded = _recorded(replace(outline, ends={**outline.ends, "sliding_distance": 17970.0}))
+    assert Fact("sliding distance", "17970 m") in recorded
 
 
 def test_page_has_what_was_tested_and_how(archive):

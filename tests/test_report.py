@@ -19,6 +19,7 @@ from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import pretty, show
 from tribopipe.cli.process_table import show_processed
 from tribopipe.documents.manifest import read_manifest
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe, WearRecipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.stages import advance, ingest
@@ -26,6 +27,7 @@ from tribopipe.pipeline.studies import run_study
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
+from tribopipe.views.html.document import test_sentence as sentence_on_tests
 from tribopipe.views.html.rendering import inline_svg, mathml
 from tribopipe.views.page import probability
 from tribopipe.views.required_report_items import _mean, reporting_items
@@ -334,6 +336,22 @@ def test_report_of_several_runs_has_each_in_its_contents(studied):
     assert_readable(page)
     (contents,) = page.all("nav")
     assert re.findall(r"Run (\S+)", contents.text) == [LIGHT, NO_END]
+
+
+def test_loads_and_speeds_of_several_runs_are_in_the_same_order(studied):
+    light, heavy = (studied.outline(one) for one in (LIGHT, HEAVY))
+    slow = heavy.manifest.conditions.model_copy(update={"sliding_speed": Quantity(value=0.1, unit="m/s")})
+    slower = replace(heavy, manifest=heavy.manifest.model_copy(update={"conditions": slow}))
+    for runs in ([light, slower], [slower, light]):
+        assert re.search(r"under a load of \S+ mN and \S+ mN, .* at 400 mm/s and 100 mm/s\.", sentence_on_tests(runs))
+
+
+def test_an_id_at_the_start_of_a_sentence_stays_as_it_is(studied, monkeypatch):
+    sentences = ("pod: AIC favors Archard's law", "note: only one run")
+    monkeypatch.setattr("tribopipe.views.study_page._sentences", lambda _: sentences)
+    page = Page(study_report(studied, "air"))
+    assert "pod: AIC favors" in page.text
+    assert "Note: only one run" in page.text
 
 
 @pytest.mark.slow

@@ -165,7 +165,9 @@ def _write_profiles(entry: h5py.Group, run: RawRun) -> None:
         nexus.field(data, "position", profile.position, "m", long_name="position across the wear track (m)")
         nexus.field(data, "height", profile.height, "m", long_name="height, positive outward from the body (m)")
         if profile.across is not None:
-            nexus.field(data, "across", profile.across, "m", long_name="position of the scan line in its height map (m)")
+            nexus.field(
+                data, "across", profile.across, "m", long_name="position of the scan line in its height map (m)"
+            )
             nexus.field(data, "scan", profile.scan)
 
 

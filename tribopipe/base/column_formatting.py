@@ -5,6 +5,7 @@ Nothing heavy is imported here: `tribopipe ls` needs no numpy.
 
 import math
 from collections.abc import Sequence
+from datetime import datetime, time
 from typing import NamedTuple
 
 Number = tuple[float, float | None]
@@ -36,6 +37,12 @@ class NumberColumn(NamedTuple):
 def power_of_ten(power: int) -> str:
     """Write a power of ten: "10⁻⁹"; nothing for the zeroth."""
     return f"10{str(power).translate(_TO_SUPERSCRIPT)}" if power else ""
+
+
+def moment(date: datetime) -> str:
+    """Write a date with its time: "2024-05-14 10:12"; a date that was stated without a time is read as its midnight."""
+    shown = f"{date:%Y-%m-%d %H:%M %Z}".strip()
+    return f"{date:%Y-%m-%d}" if date.tzinfo is None and date.time() == time.min else shown
 
 
 def number_column(numbers: Sequence[Number | None]) -> NumberColumn:

@@ -122,8 +122,10 @@ def counted(count: int, one: str, many: str = "") -> str:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Name what was probably meant, or list what is known, as the tail of an error sentence."""
     choices = sorted(set(known))
-    if near := nearest(name, choices):
-        return f"did you mean {near!r}?"
+    # "load" is spelled more like "weld_load" than like "normal_load", which is what it means.
+    within = sorted(_with_word(name, choices), key=len)
+    if near := within[:_MOST_MEANT] or _listed_nearest(name, choices):
+        return f"did you mean {' or '.join(map(repr, near))}?"
     return f"available: {_listed(choices)}" if choices else "none are available"
 
 
@@ -139,9 +141,17 @@ def unknown_name(owner: str, name: object, known: Iterable[str], call: str = "")
 def meant(name: str, choices: Sequence[str]) -> list[str]:
     """Return what was probably meant: names that mean the same, contain the word, or are spelled alike."""
     same = [own for own, others in _MEAN_THE_SAME.items() if own in choices and name in others.split()]
-    within = [choice for choice in choices if name in choice.split("_") and name != choice]
+    return same[:1] or _with_word(name, choices)[:_MOST_MEANT] or _listed_nearest(name, choices)
+
+
+def _with_word(name: str, choices: Iterable[str]) -> list[str]:
+    """Return the names of which this is one of several words."""
+    return [choice for choice in choices if name in choice.split("_") and name != choice]
+
+
+def _listed_nearest(name: str, choices: Iterable[str]) -> list[str]:
     near = nearest(name, choices)
-    return same[:1] or within[:_MOST_MEANT] or ([near] if near else [])
+    return [near] if near else []
 
 
 def nearest(name: str, choices: Iterable[str]) -> str | None:

@@ -183,6 +183,9 @@ def _tell(made: "NewRun") -> None:
     if made.bodies_lack:
         say(f"only friction is evaluated until run.toml describes the bodies; missing: {', '.join(made.bodies_lack)}")
     if made.suggested:
-        say(f"suggested in run.toml: {', '.join(made.suggested)}; accept with --accept")
+        say(
+            f"suggested in run.toml: {', '.join(made.suggested)}; to accept, remove the # from these lines, or delete "
+            "this folder and repeat the command with --accept"
+        )
     first = f"edit {made.folder / 'run.toml'}, then " if made.missing or made.problem else ""
     say(f"Next: {first}tribopipe process {made.folder}")

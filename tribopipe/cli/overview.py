@@ -160,7 +160,7 @@ def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:
     if fit.parameters:
         yield Fact("  parameters", ", ".join(map(str, fit.parameters)))
     if not fit.bodies and fit.missing:
-        yield Fact("k_D", f"not determined ({law}): {' and '.join(fit.missing)} missing")
+        yield Fact("k_D", f"not determined ({law}): missing {' and '.join(fit.missing)}")
 
 
 def _of_prediction(predicted: WearPrediction, outline: "RunOutline") -> Iterator[Fact]:

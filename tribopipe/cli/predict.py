@@ -192,7 +192,10 @@ def _predict_archived(
     outcomes = followed(predicted, "prediction", len(chosen), tell)
     if not outcomes:
         under = law_title(law)
-        say(f"Nothing to predict: no comparable run at a lighter load has a k_D fitted under {under}.")
+        say(
+            f"Nothing to predict: no comparable run at a lighter load has a k_D fitted under {under}; to predict from "
+            'the k_D of the run itself, state what to predict, such as --at "500 m".'
+        )
     if as_json:
         print_outcomes(outcomes)
     finish(outcomes)

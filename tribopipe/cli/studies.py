@@ -64,7 +64,7 @@ def new(
     sound = [one for one in found if one.unfit is None]
     for one in found:
         if one.unfit is not None:
-            say(f"{one.manifest.id}: excluded: {one.unfit}")
+            say(f"{one.manifest.id}: excluded: {one.manifest.worded(one.unfit)}")
     drafts = draft_studies([one.manifest for one in sound], {one.manifest.id for one in sound if not one.friction})
     documents = {into / (STUDY_NAME if len(drafts) == 1 else f"{draft.id}{STUDY_SUFFIX}"): draft for draft in drafts}
     require_free(documents, force=force)

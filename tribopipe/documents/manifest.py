@@ -574,9 +574,13 @@ class RunManifest(Record):
 
     @classmethod
     def worded_for(cls, document: Mapping[str, Any], text: str) -> str:
-        """Return a message about a run.toml in the names of its contact."""
+        """Return a message about a run.toml in the names of its contact; an unknown body keeps its own."""
         contact = _contact_of(document)
-        return text if contact is None else contact.worded(text)
+        if contact is None:
+            return text
+        found = re.match(r"contact\.\S+: unknown key; ", text)
+        unknown = found[0] if found else ""
+        return unknown + contact.worded(text.removeprefix(unknown))
 
     @classmethod
     def known_in(cls, document: Mapping[str, Any], keys: Collection[str]) -> set[str]:

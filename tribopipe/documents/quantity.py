@@ -8,7 +8,7 @@ from functools import partial
 from numbers import Real
 from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BeforeValidator, WithJsonSchema
+from pydantic import AfterValidator, WithJsonSchema, WrapValidator
 
 from tribopipe.base import units
 from tribopipe.base.errors import UnitError
@@ -344,7 +344,31 @@ def _read_readings(written: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return table | {"value": value, "standard_uncertainty": spread, "readings": tuple(single)}
 
 
-def _of_kind(quantity: Quantity, *, kind: str, positive: bool, zero: bool = False) -> Quantity:
+def _checked(
+    written: Any, read: Callable[[Any], Quantity], *, kind: str, positive: bool, zero: bool, repeated: bool
+) -> Quantity:
+    """Read a quantity, and refuse one that its kind rules out; a wrong sign is shown as it is written."""
+    quantity = _of_kind(read(_take(written, kind=kind, repeated=repeated)), kind=kind)
+    readings = (quantity.readings if isinstance(quantity, EndValue) else None) or (quantity.value,)
+    least = min(readings)
+    if positive and not (least > 0 or (zero and least == 0)):
+        expected = "zero or a positive value" if zero else "a positive value"
+        found = _as_written(written, readings.index(least)) or units.show(
+            least, None, quantity.unit, units.KINDS[kind].shown
+        )
+        raise ValueError(f"found {found}; expected {expected}; check sign and value")
+    return quantity
+
+
+def _as_written(written: Any, reading: int) -> str:
+    """Return the text of a value, or of one of several readings; nothing where it is a number in SI."""
+    said = written
+    if isinstance(written, Mapping):
+        said = written["values"][reading] if "values" in written else written.get("value")
+    return repr(said) if isinstance(said, str) else ""
+
+
+def _of_kind(quantity: Quantity, *, kind: str) -> Quantity:
     si = units.KINDS[kind].si
     if quantity.unit != si:
         raise ValueError(
@@ -358,11 +382,6 @@ def _of_kind(quantity: Quantity, *, kind: str, positive: bool, zero: bool = Fals
                 f"found {number:g} {si}, which is not physically possible; expected a {kind} such as "
                 f"{units.KINDS[kind].example!r}; check number and unit"
             )
-    if positive and any(not (value > 0 or (zero and value == 0)) for value in (quantity.value, *readings)):
-        least = min(quantity.value, *readings) if readings else quantity.value
-        found = units.show(least, None if readings else quantity.standard_uncertainty, quantity.unit)
-        expected = "zero or a positive value" if zero else "a positive value"
-        raise ValueError(f"found {found}; expected {expected}; check sign and value")
     if quantity.standard_uncertainty is not None and quantity.standard_uncertainty < 0:
         raise ValueError("found a negative standard_uncertainty; expected zero or a positive value; remove the sign")
     return quantity
@@ -408,15 +427,14 @@ def _form(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:
 def _rules(kind: str, *, positive: bool = True, zero: bool = False, method: bool = False) -> tuple[Any, ...]:
     return (
         Unit(units.KINDS[kind].si),
-        BeforeValidator(partial(_take, kind=kind, repeated=method)),
-        AfterValidator(partial(_of_kind, kind=kind, positive=positive, zero=zero)),
+        WrapValidator(partial(_checked, kind=kind, positive=positive, zero=zero, repeated=method)),
         WithJsonSchema(_written_schema(kind, method=method)),
     )
 
 
 def read_quantity(written: Any, kind: str) -> Quantity:
     """Read "80 degC", or a table with value and standard_uncertainty; ``ValueError`` where it is not of that kind."""
-    return _of_kind(Quantity.model_validate(_take(written, kind=kind)), kind=kind, positive=False)
+    return _of_kind(Quantity.model_validate(_take(written, kind=kind)), kind=kind)
 
 
 Length = Annotated[Quantity, *_rules("length")]

@@ -169,7 +169,9 @@ def _sentence(
         keys = known_in(_keys_at(record, location[:-1]))
         return f"unknown key; {did_you_mean(str(location[-1]), keys - {str(location[-1])})}"
     if kind == "missing":
-        return "missing; add this key"
+        return f"missing; add this key{_such_as(record, location)}"
+    if kind == "tuple_type" and isinstance(found, Mapping):
+        return f"found [{_dotted(location)}], a single table; expected a list of tables; write [[{_dotted(location)}]]"
     context = problem.get("ctx", {})
     if kind == "literal_error" and problem["loc"][-1] == "[key]":
         known = re.findall(r"'([^']*)'", context["expected"])
@@ -225,7 +227,23 @@ def _annotated(annotation: Any) -> list[tuple[FieldInfo, Any]]:
     return here + [found for one in inner for found in _annotated(one)]
 
 
+def _such_as(record: type[Record], location: tuple[int | str, ...]) -> str:
+    """Give the example of a key, where its schema has one."""
+    name = str(location[-1])
+    for model in _models_at(record, location[:-1]):
+        field = model.model_json_schema()["properties"].get(name, {})
+        for example in field.get("examples", ()):
+            value = example if re.fullmatch(r"[\d.]+", str(example)) else json.dumps(example)
+            return f", such as {written_key(name)} = {value}"
+    return ""
+
+
 def _keys_at(record: type[Record], location: tuple[int | str, ...]) -> set[str]:
+    models = _models_at(record, location)
+    return {field.alias or name for model in models for name, field in model.model_fields.items()}
+
+
+def _models_at(record: type[Record], location: tuple[int | str, ...]) -> list[type[BaseModel]]:
     models: list[type[BaseModel]] = [record]
     for step in location:
         if isinstance(step, int):
@@ -237,4 +255,4 @@ def _keys_at(record: type[Record], location: tuple[int | str, ...]) -> set[str]:
             if step in (name, field.alias)
             for inner in _models(field.annotation)
         ]
-    return {field.alias or name for model in models for name, field in model.model_fields.items()}
+    return models

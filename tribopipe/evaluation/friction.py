@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
@@ -425,8 +426,8 @@ def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
     length = float(distance[-1] - distance[0])
     if fit.running_in > length:
         notes.append(
-            f"the running-in distance of {fit.running_in:.4g} m exceeds the fitted length of {length:.4g} m: the "
-            "steady state is an extrapolation"
+            f"the running-in distance of {show(fit.running_in, None, 'm')} exceeds the fitted length of "
+            f"{show(length, None, 'm')}: the steady state is an extrapolation"
         )
     if fit.parameters[0] < 0:
         notes.append("friction increases from the start")

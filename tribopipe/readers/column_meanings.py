@@ -269,10 +269,11 @@ def definitions_note(columns: Sequence[ReadColumn], taken: str | None) -> str | 
         return None
     names = [f"{one.column!r} (median {one.median:.3g})" for one in found]
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
-    choice = "none is used" if taken is None else f"{taken!r} is used"
+    chosen = f"{taken!r} is used; if you report the values of another column, map it"
+    choice = "none is used; map the column whose values you report" if taken is None else chosen
     return (
-        f"{len(found)} columns with different definitions of friction, {listed}; {choice}; map the column whose "
-        "values you report to friction_coefficient under [signals.columns]"
+        f"{len(found)} columns with different definitions of friction, {listed}; {choice} to friction_coefficient "
+        "under [signals.columns]"
     )
 
 

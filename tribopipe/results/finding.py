@@ -119,7 +119,7 @@ TITLES: Mapping[str, str] = {
     "implausible_depth": "implausible depth signal",
     "distance_not_planned": "actual and planned distance differ",
     "axis_offset": "time or distance does not start at zero",
-    "no_post_test_measurement": "no post-test measurement of the pin",
+    "no_post_test_measurement": "k_D from the depth signal alone",
     "reading_contradicts_measurement": "depth signal contradicts the post-test measurement",
     "disc_by_depth_signal": "disc wear from depth signal",
     "disc_not_measured": "disc not measured",

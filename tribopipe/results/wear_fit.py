@@ -277,5 +277,5 @@ def _depths(body: BodyWear) -> str:
     """Give the wear depth at the end, fitted and measured; nothing where no depth was fitted."""
     if body.fitted_end_depth is None:
         return ""
-    measured = "unknown" if body.measured_end_depth is None else body.measured_end_depth.shown("um")
+    measured = "not" if body.measured_end_depth is None else body.measured_end_depth.shown("um")
     return f", final wear depth {body.fitted_end_depth.shown('um')} fitted, {measured} measured"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribopipe.archive.store import Archive
+from tribopipe.base.column_formatting import moment
 from tribopipe.base.units import KINDS, show, show_force
 from tribopipe.documents.contact import ROTATIONS, SLIDING, Specimen
 from tribopipe.documents.contact_kinds import spoken
@@ -192,7 +193,7 @@ def _start(fit: FrictionFit | None) -> str | None:
 
 
 def _circumstances(manifest: RunManifest) -> Iterator[ReportingItem]:
-    started = None if manifest.started is None else f"{manifest.started:%Y-%m-%d %H:%M}"
+    started = None if manifest.started is None else moment(manifest.started.replace(tzinfo=None))
     yield ReportingItem("record", "instrument", manifest.instrument, "instrument")
     yield ReportingItem("record", "date of the test", started, "started")
     yield ReportingItem("record", "operator", manifest.operator, "operator")

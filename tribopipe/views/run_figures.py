@@ -421,7 +421,9 @@ def save_figures(folder: Path, figures: "Mapping[str, Figure]", captions: Mappin
     its place before all are written, and the first takes it last. Raises ``OutputError`` if something else than a
     figure of this package is there.
     """
-    _save(folder, _drawn(figures, for_print=captions is not None), captions or {})
+    texts = captions or {}
+    _require_free(folder, (*figures, *texts))
+    _save(folder, _drawn(figures, for_print=captions is not None), texts)
 
 
 def save_beside(
@@ -432,6 +434,7 @@ def save_beside(
     Remains of an interrupted process are removed. Raises ``ArchiveError`` and ``OutputError``.
     """
     folder, texts = archive.folder / FIGURES, captions or {}
+    _require_free(folder, (*figures, *texts))
     # Drawing takes seconds, for which no other process has to wait.
     pictures = _drawn(figures, for_print=captions is not None)
     with archive.alone_with(identifier):
@@ -445,20 +448,33 @@ def _drawn(figures: "Mapping[str, Figure]", *, for_print: bool) -> dict[str, byt
     return {name: _picture(figure, Path(name).suffix, for_print=for_print) for name, figure in figures.items()}
 
 
-def _save(folder: Path, pictures: Mapping[str, bytes], texts: Mapping[str, str]) -> None:
+def _require_free(folder: Path, names: Iterable[str]) -> None:
+    """Refuse names that other files have, before figures are drawn, which takes seconds."""
+    with _explained(folder):
+        require_free((folder / name for name in names), own=made_here, beside_run=True)
+
+
+@contextmanager
+def _explained(folder: Path) -> Iterator[None]:
+    """Report a folder that cannot be written."""
     try:
-        require_free((folder / name for name in (*pictures, *texts)), own=made_here, beside_run=True)
+        yield
+    except OSError as error:
+        raise ArchiveError(
+            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with free space and "
+            "write permission; correct this and run the same command again"
+        ) from None
+
+
+def _save(folder: Path, pictures: Mapping[str, bytes], texts: Mapping[str, str]) -> None:
+    _require_free(folder, (*pictures, *texts))
+    with _explained(folder):
         folder.mkdir(parents=True, exist_ok=True)
         with ExitStack() as written:
             for name, picture in pictures.items():
                 written.enter_context(replacing(folder / name)).write_bytes(picture)
             for name, text in texts.items():
                 written.enter_context(replacing(folder / name)).write_text(f"{text}\n", encoding="utf-8")
-    except OSError as error:
-        raise ArchiveError(
-            f"{folder}: figures cannot be written ({error.strerror or error}); expected a folder with free space and "
-            "write permission; correct this and run the same command again"
-        ) from None
 
 
 def _picture(figure: "Figure", suffix: str, *, for_print: bool) -> bytes:

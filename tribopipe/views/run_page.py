@@ -6,7 +6,8 @@ from typing import Any
 from tribopipe.archive.outline import RunOutline, StepOutline
 from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
+from tribopipe.base.column_formatting import moment
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, show
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.preprocessing import CleanUp
@@ -348,7 +349,7 @@ def _instrument(manifest: RunManifest) -> tuple[Fact, ...]:
         ("tribometer", None if manifest.contact is None else manifest.contact.kind.replace("-", " ")),
         ("instrument", manifest.instrument),
         ("operator", manifest.operator),
-        ("started", None if manifest.started is None else f"{manifest.started:%Y-%m-%d %H:%M %Z}".strip()),
+        ("started", None if manifest.started is None else moment(manifest.started)),
         ("scale of the depth sensor", shown(manifest.sensors.depth_scale)),
         ("comment", manifest.comment),
     )
@@ -361,7 +362,7 @@ def _recorded(run: RunOutline) -> tuple[Fact, ...]:
         ("samples", _samples(run)),
         ("duration", duration(Quantity(value=ends["time"], unit="s")) if "time" in ends else None),
         ("rotations", f"{ends['rotations']:,.0f}" if "rotations" in ends else None),
-        (slid, f"{ends['sliding_distance']:.4g} m" if "sliding_distance" in ends else None),
+        (slid, show(ends["sliding_distance"], None, "m") if "sliding_distance" in ends else None),
         ("other columns", listed(run.extras)),
     )
 

@@ -6,9 +6,11 @@ Nothing heavy is imported here: listing needs no units.
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cache, lru_cache
 from typing import Any, Literal, NamedTuple
 
+from tribopipe.base.column_formatting import moment
 from tribopipe.base.errors import QueryError, did_you_mean
 from tribopipe.base.files import natural_key
 from tribopipe.base.plugins import names
@@ -351,7 +353,7 @@ def _shown_as(column: ListedColumn) -> Callable[[str | None], str]:
     """Return what turns a text or date, as the catalog holds it, into what is shown."""
     joint = column.joint or " "
     if column.kind == "date":
-        return lambda held: (held or "")[:16].replace("T", " ")
+        return lambda held: moment(datetime.fromisoformat(held).replace(tzinfo=None)) if held else ""
     if column.name == "steps":
         return lambda held: (steps_in_words(held) or "").replace(ITEM, joint)
     return lambda held: (held or "").replace(ITEM, joint)

@@ -26,7 +26,7 @@ from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import read_quantity
 from tribopipe.readers.draft.blanks import Ask, Say
 from tribopipe.readers.draft.folder import NewRun, RunPlan, Wanted, fit_for_id, make_planned, planned, refuse_places
-from tribopipe.readers.draft.known_values import Given, Known, nested
+from tribopipe.readers.draft.known_values import Given, Known
 from tribopipe.readers.draft.measurements_table import EndsRow, EndsTable, read_ends
 from tribopipe.readers.draft.value_sources import gather
 from tribopipe.readers.export_files import Export, open_export
@@ -224,7 +224,7 @@ def _row_comment(row: EndsRow, where: str) -> dict[str, Given]:
 
 def _start_and_end(known: Known, where: str) -> str:
     """Write start and end of a test, by its distance and speed; no more is known of its course."""
-    conditions = Conditions.model_validate(nested(known.completed().values)["conditions"])
+    conditions = known.conditions
     distance, speed = conditions.sliding_distance, conditions.nominal_speed
     if distance is None or speed is None:
         missing = "sliding_distance" if distance is None else "sliding_speed (or rotational_speed and track_radius)"

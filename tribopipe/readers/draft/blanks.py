@@ -70,10 +70,8 @@ BLANKS: dict[str, Blank] = {
     **{f"contact.{body}.{key}": (_SIZES | _SPECIMEN)[key] for body, keys in _BODIES.items() for key in keys},
     "conditions.normal_load": Blank('"50 N"', "nominal normal load"),
     "conditions.sliding_speed": Blank('"400 mm/s"', "nominal sliding speed"),
-    "conditions.track_radius": Blank('"6 mm"', "radius of the wear track"),
-    "conditions.rotational_speed": Blank(
-        '"328 rpm"', "rotational speed of the disc; with track_radius, replaces sliding_speed"
-    ),
+    "conditions.track_radius": Blank('"6 mm"', "radius of the wear track; required with rotational_speed"),
+    "conditions.rotational_speed": Blank('"328 rpm"', "rotational speed of the disc; replaces sliding_speed"),
     "conditions.stroke": Blank('"10 mm"', "stroke length of a reciprocating test"),
     "conditions.frequency": Blank('"5 Hz"', "frequency in full cycles per second; with stroke, replaces sliding_speed"),
     "conditions.sliding_distance": Blank('"500 m"', "planned sliding distance"),
@@ -139,7 +137,8 @@ _YES = ("y", "yes")
 _BALL = re.compile(r"(?:D|dia[a-z]*|[Ø⌀∅])[\s=]*(?=\d)", re.IGNORECASE)
 _PIN = "contact.pin"
 _SHAPE = f"{_PIN}.shape"
-_OF_THE_RUN = (LOAD, "conditions.sliding_speed")
+_SPEED = "conditions.sliding_speed"
+_OF_THE_RUN = (LOAD, _SPEED)
 _OF_A_PIN = ("shape", "radius", "flat_radius")
 _OF_EACH = ("material", "youngs_modulus", "poisson_ratio")
 _MORE_WORDS = {
@@ -176,7 +175,8 @@ def _open_questions(known: Known) -> Iterator[str]:
     """Give the keys to ask for, judged again after each answer; of a pin whose shape is left open nothing is asked."""
     for key in (*_OF_THE_RUN, *needed_conditions_of(known.kind), *_of_the_bodies(known.kind)):
         shapeless = key.startswith("contact.") and key != _SHAPE and _SHAPE not in known.given
-        if key not in known.given and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):
+        answered = key in known.given or (key == _SPEED and known.conditions.nominal_speed is not None)
+        if not answered and not shapeless and known.fits(key, blanks_of(known.kind)[key].value):
             yield key
 
 

@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any, NamedTuple, cast
 
 from pydantic import TypeAdapter, ValidationError
@@ -225,6 +225,13 @@ class Known:
         """Give the same with stand-ins for what is missing, by which everything else can be tried."""
         return replace(self, given=self.given | {key: Given(_stand_ins(self.values)[key]) for key in self.missing})
 
+    @property
+    def conditions(self) -> Conditions:
+        """Conditions as far as they are known, with the track radius that known bodies determine."""
+        document, contact = nested(self.completed().values), contact_named(self.kind)
+        completed = document if contact is None else contact.completed(document)
+        return Conditions.model_validate(completed["conditions"])
+
     def problem(self, more: Values | None = None) -> str | None:
         """Report what is wrong with what is known, and more, whatever else may come; nothing where all fits."""
         return problem_of(self.values | dict(more or {}))
@@ -236,7 +243,7 @@ class Known:
     def take(self, key: str, value: Any, origin: str = "") -> str | None:
         """Take a value where it fits, in the place of any before it, or report why it does not."""
         key = shared_key(key)
-        problem = _strange(key) or self.problem({key: value})
+        problem = _strange(key, self.kind) or self.problem({key: value})
         if problem is None:
             self.given[key] = Given(value, origin)
             self.doubts.pop(key, None)
@@ -320,8 +327,8 @@ def alike(key: str, one: Any, other: Any, within: float = _ALIKE) -> bool:
 
 def problem_of(values: Values) -> str | None:
     """Report what is wrong with values by key, with stand-ins for what a whole run.toml needs next to them."""
-    refused = _refusal(values)
-    return None if refused is None else first_problem(refused, RunManifest)
+    refused, document = _refusal(values), nested(values)
+    return None if refused is None else first_problem(refused, RunManifest, partial(RunManifest.known_in, document))
 
 
 def _refusal(values: Values) -> ValidationError | None:
@@ -377,14 +384,15 @@ def _needed_of_bodies(values: Values) -> list[str]:
     return [*needed, "contact.pin.flat_radius"] if truncated else needed
 
 
-def _strange(key: str) -> str | None:
-    """Report why a key is none that can be filled."""
+def _strange(key: str, kind: str) -> str | None:
+    """Report why a key is none that can be filled, with those of a type of tribometer."""
     table, _, name = key.rpartition(".")
     names = {field.alias or name for name, field in sections().get(table, RunManifest).model_fields.items()}
     if key in sections() or key in _ELSEWHERE or table not in sections():
         example = f"{key}.{next(iter(sections()[key].model_fields))}" if key in sections() else LOAD
         return f"{key}: found a key that cannot be set; expected a key such as {example}"
-    return None if name in names else f"{key}: unknown key; {did_you_mean(name, names)}"
+    own = RunManifest.known_in({"contact": {"kind": kind}}, names)
+    return None if name in names else f"{key}: unknown key; {did_you_mean(name, own)}"
 
 
 def nested(values: Values) -> dict[str, Any]:

@@ -117,10 +117,10 @@ def _times(group: Group) -> Column | None:
 
 
 def _time(export: Export) -> Column | None:
-    """Give the times of a file in s if it writes them so."""
+    """Give the times of a file in s if it writes them so, as numbers."""
     for column in export.table.columns:
         meaning = export.meanings.get(column.name)
-        if column.unit == "s" and meaning and meaning.signal == "time":
+        if column.unit == "s" and meaning and meaning.signal == "time" and column.values.dtype.kind == "f":
             return column.values
     return None
 

@@ -170,7 +170,7 @@ _WIDEST_CODE = 76
 """Maximum width of lines whose comments are aligned."""
 _WITHOUT_BODIES = (
     "# The two bodies; without them, only friction is evaluated. Once you have described both bodies, remove the #",
-    "# at the start of the lines in all of these tables.",
+    "# at the start of the names of these tables, and of the lines that apply: lines without a source are examples.",
 )
 _AFTERWARDS = "# Post-test measurements of the specimens; remove the # at the start of the lines that you fill in."
 

@@ -62,7 +62,8 @@ def gather(
         if problem is not None:
             raise ManifestError(f"{given.origin.removeprefix('from ')}: {problem}")
         known.of_tables.add(shared_key(key))
-    for setting in settings:
+    # The type of tribometer comes first, since it determines what bodies there are.
+    for setting in sorted(settings, key=lambda one: not one.startswith("contact.kind")):
         _set(known, setting)
     for key, values in _facts(exports).items():
         _take_fact(known, counterbody_key(key, known.kind), values)
@@ -96,6 +97,10 @@ def _set(known: Known, setting: str) -> None:
         raise ManifestError(
             f"--set {setting}: found no '='; expected a key of run.toml and its value, such as {LOAD}='50 N'"
         )
+    table, _, name = key.rpartition(".")
+    if table == "contact.ball" and "contact.kind" in known.given and table not in bodies_of(known.kind):
+        known.take(_SHAPE, "spherical")
+        key = f"contact.pin.{name}"
     value = value_of(text)
     problem = known.take(key, value)
     if problem is not None and not isinstance(value, Mapping | list):

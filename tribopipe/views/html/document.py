@@ -119,9 +119,10 @@ def _preprocessing_step(step: Mapping[str, Any]) -> str:
 
 def test_sentence(runs: Sequence[RunOutline]) -> str:
     """Return a sentence on what was tested: bodies, environment, loads, sliding distances and speeds."""
+    runs = sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value)  # one order for all of them
     bodies = _several(" on ".join(_bodies_of(run)) for run in runs if run.manifest.bodies)
     media = _several(run.manifest.conditions.medium for run in runs if run.manifest.conditions.medium)
-    loads = _several(load_of(run) for run in sorted(runs, key=lambda run: run.manifest.conditions.normal_load.value))
+    loads = _several(map(load_of, runs))
     parts = [
         bodies or "unspecified bodies",
         f" in {media}" if media else "",
