@@ -261,6 +261,22 @@ def test_a_finished_run_whose_groove_was_measured_has_the_true_k_d(groove):
     assert found.drift()[0] == pytest.approx(5e-11 * 1250, abs=1.5e-7)
 
 
+def test_k_d_is_that_under_the_recorded_load():
+    """Whether the nominal load is another one makes no difference."""
+    run = grooved_run(0.5, measured=True)
+    recorded_load = {"normal_force": np.full(len(run), LOAD)}
+    stated = run.manifest.conditions.normal_load.model_copy(update={"value": 0.8 * LOAD})
+    conditions = run.manifest.conditions.model_copy(update={"normal_load": stated})
+    off = replace(
+        run,
+        manifest=run.manifest.model_copy(update={"conditions": conditions}),
+        columns={**run.columns, **recorded_load},
+        origins={**run.origins, "normal_force": "measured"},
+    )
+    found, _ = followed(off)
+    assert np.exp(found.best) == pytest.approx(PIN_K, abs=2 * np.std(found.coefficient))
+
+
 def test_a_finished_run_whose_ring_was_measured_has_the_true_k_d():
     found, state = followed(ring_run(measured=True))
     assert np.exp(found.best) == pytest.approx(BLOCK_K, abs=2 * np.std(found.coefficient))
@@ -412,7 +428,7 @@ def test_a_lost_load_and_a_jump_of_friction_are_told_with_their_place():
 
 
 @pytest.mark.parametrize(("factor", "spread", "told"), [(1.1, 0.01, True), (1.1, 0.05, False), (1.015, 0.0, False)])
-def test_a_load_that_is_not_the_nominal_one_is_told_since_k_d_is_calculated_with_that(factor, spread, told):
+def test_a_load_that_is_not_the_nominal_one_is_told(factor, spread, told):
     state, along = State(), np.linspace(0.01, 100, 10000)
     state.add({"time": along, "sliding_distance": along, "depth": along, "normal_force": np.full(10000, 0.2 * factor)})
     means = state.pooled(np.floor(state.means.sliding_distance))

@@ -121,8 +121,8 @@ def load_alarms(means: Means, nominal: float, spread: float) -> Iterator[Alarm]:
         yield alarm_at(
             "nominal load",
             float(distance[-1]),
-            f"found a median load of {show_force(usual, None)}, although the nominal load, with which k_D is "
-            f"calculated, is {stated}: correct conditions.normal_load, or check the unit and zero of the load cell",
+            f"found a median load of {show_force(usual, None)}, with which k_D is calculated, although the nominal "
+            f"load is {stated}: correct conditions.normal_load, or check the unit and zero of the load cell",
         )
 
 

@@ -19,6 +19,7 @@ from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings
 from tribopipe.evaluation.drift import SensorTrace
+from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
@@ -102,6 +103,8 @@ _DISC_POWER = 0.75
 It is 1 where the contact keeps its width: a block, or a flat pin.
 """
 _LEAST_SPREAD = 1e-12
+_FEWEST = 2
+"""Means of a load of which one can be taken over the distance."""
 _AS_PLANNED = 0.98
 """Share of the planned distance at which a test has ended as planned."""
 
@@ -242,7 +245,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     anchors = _anchors(asked, trace.slid, end)
     worn = end or _worn_by_reading(contact, fine)
     disc_known = asked.known.disc_wear is not None if end is None else end.disc is not None
-    inputs = _inputs(asked, anchors, end)
+    inputs = _inputs(asked, fine, anchors, end)
     if not disc_known:
         inputs |= unseen_groove_input(worn, asked.recipe, by_sensor=end is None)
     return LiveProblem(
@@ -325,9 +328,19 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
     return anchors
 
 
-def _inputs(asked: Asked, anchors: list[Anchor], end: EndWear | None) -> dict[str, Input]:
+def _load(asked: Asked, fine: Means) -> Quantity:
+    """Return the load so far, N: the mean over the sliding distance where it was recorded, else the nominal one."""
+    seen = np.isfinite(fine.load)
+    slid, load = fine.sliding_distance[seen], fine.load[seen]
+    if asked.run.origins.get("normal_force") != "measured" or len(load) < _FEWEST or not np.ptp(slid) > 0:
+        return asked.run.manifest.conditions.normal_load
+    mean = float(np.trapezoid(load, slid) / np.ptp(slid))
+    return Quantity(value=mean, unit="N", standard_uncertainty=load_share(asked.run, asked.recipe.uncertainty) * mean)
+
+
+def _inputs(asked: Asked, fine: Means, anchors: list[Anchor], end: EndWear | None) -> dict[str, Input]:
     manifest, recipe = asked.run.manifest, asked.recipe
-    inputs = wear_of(manifest.described).inputs(manifest.conditions.normal_load, recipe)
+    inputs = wear_of(manifest.described).inputs(_load(asked, fine), recipe)
     inputs |= instrument_inputs(asked.run, recipe)
     inputs |= law_inputs(law_named(asked.law), recipe)
     inputs |= {anchor.name: Input(anchor.wear.pin.quantity, anchor.wear.pin.source) for anchor in anchors}
