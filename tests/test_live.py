@@ -203,6 +203,21 @@ def test_several_files_of_a_test_are_read_again_as_they_grow_and_broken_ones_onc
     np.testing.assert_allclose(added.columns["time"], 0.1 * np.arange(40, 60))
 
 
+def test_times_of_day_go_on_past_midnight_as_the_file_grows(grown, tmp_path):
+    folder = Path(shutil.copytree(grown, tmp_path / "run"))
+    clock = [f"{23 + minute // 60:02d}:{minute % 60:02d}:00".replace("24:", "00:") for minute in range(40, 80)]
+    rows = [f"{time},{place}.5,80\n" for place, time in enumerate(clock)]
+    signals = folder / "signals.csv"
+    signals.write_text("Time,Depth [um],Ff [mN]\n" + "".join(rows[:25]), encoding="utf-8")
+    follower = Follower(read_manifest(folder / "run.toml")[0], folder)
+    found = [*follower.look()]
+    with signals.open("a", encoding="utf-8") as file:
+        file.writelines(rows[25:])
+    found += follower.look()
+    time = np.concatenate([one.columns["time"] for one in found])
+    np.testing.assert_allclose(time, 60.0 * np.arange(40))
+
+
 def session_of(folder: Path, **asked) -> Session:
     manifest, _ = read_manifest(folder / "run.toml")
     return Session(folder, Asked(RawRun(manifest, {}, {}, {}, {}, ()), **asked))

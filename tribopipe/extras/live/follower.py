@@ -16,6 +16,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import RunManifest, SignalFile
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.derived_columns import derive_missing
+from tribopipe.readers.clock_times import with_clock_times
 from tribopipe.readers.column_mapping import Arms, Meanings, hints_of, meanings_in, part_of, with_file
 from tribopipe.readers.delimited import has_rows, read_table, without_closing_words
 from tribopipe.readers.harmonize import read_run
@@ -157,7 +158,7 @@ class GrowingText:
             return None
         if text.content.count(b"\n", text.start + len(layout.header.encode())) < _FEWEST_ROWS:
             return None
-        self.is_foreign = b"\0" in content[:_KNOWN_BY] or self._is_another(content)
+        self.is_foreign = b"\0" in content[:_KNOWN_BY] or self._is_another(content) or _has_times_of_day(text, layout)
         return None if self.is_foreign else layout
 
     def _is_another(self, content: bytes) -> bool:
@@ -170,6 +171,12 @@ class GrowingText:
 
     def _source(self, content: bytes) -> SourceFile:
         return SourceFile(self._name, content)
+
+
+def _has_times_of_day(text: Text, layout: Layout) -> bool:
+    """Return whether a file has times of day, which count from its first row: it is read as a whole."""
+    table = read_table(without_closing_words(text, layout)[0], layout)
+    return len(with_clock_times(table).notes) > len(table.notes)
 
 
 _MOST_WHOLE = 64 << 20
