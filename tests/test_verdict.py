@@ -19,7 +19,7 @@ from tribopipe.evaluation.study.evaluate import Evaluation, evaluate
 from tribopipe.evaluation.study.k_d_along_test import effective_coefficient
 from tribopipe.evaluation.study.member import Member, RunDraws
 from tribopipe.evaluation.study.recorded_runs import compare, life_of_pin
-from tribopipe.evaluation.study.verdict import Comparison, decide
+from tribopipe.evaluation.study.verdict import Comparison, decide, sentence
 from tribopipe.physics.geometry import cap_radius
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
@@ -180,6 +180,17 @@ def test_one_fitted_run_is_said_to_tell_nothing_of_scatter(nitride):
     (note,) = nitride.result.notes
     assert LIGHT in note
     assert "scatter" in note
+
+
+def test_a_departure_before_the_end_is_told_with_its_place(nitride):
+    told = verdict_on(nitride, MIDDLE)
+    at = Quantity(value=20.004, unit="m")
+    departing = {"outcome": "over-predicts", "e_n": 0.56, "e_n_all": -1.67, "e_n_all_at": at}
+    body = told.first.model_copy(update=departing | {"coefficient_ratio": Quantity(value=1.0, unit="1")})
+    bodies = dict.fromkeys(told.bodies, body)
+    words = sentence("archard", told.model_copy(update={"outcome": "over-predicts", "bodies": bodies}))
+    assert "E_n = +0.56, but -1.67 at 20 m" in words
+    assert "fitted alone" not in words
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -239,27 +239,24 @@ def sentence(law: LawName, verdict: RunVerdict) -> str:
     slip = verdict.slip
     each = {body: _against(found, verdict) for body, found in verdict.bodies.items()}
     off = {body: _by_how_much(found) for body, found in verdict.bodies.items()}
-    ratios = " and ".join(f"{found.coefficient_ratio}" for found in verdict.bodies.values())
     if slip is None:
         named = {body: f"{spoken(body)} " if len(each) > 1 else "" for body in each}
         said = "; ".join(
             f"{named[body]}{words} at {show(verdict.end.value, None, 'm')}, {off[body]}" for body, words in each.items()
         )
-        alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     else:
         at = f"{at} and {show(slip.value, None, '1', '%')} slip"
         parts = (f"{spoken(body)} {words}, {off[body]}" for body, words in each.items())
         said = f"after {verdict.end.value:,.0f} rotations {'; '.join(parts)}"
-        alone = f"fitted alone, this run gives {ratios} of the study's k_D"
     if verdict.outcome == "supported":
         way = "agrees with" if verdict.role == "fitted" else "predicts"
         return f"{name} {way} the wear {at}: {said}{_left_over(verdict.first)}."
     doubts = [finding.message for finding in verdict.findings if finding.severity != "note"]
     if verdict.outcome == "not decidable" and doubts:
-        return f"Agreement with {name} {at} is inconclusive: {doubts[0]}; {said}; {alone}."
+        return f"Agreement with {name} {at} is inconclusive: {doubts[0]}; {said}{_alone(verdict)}."
     if verdict.outcome == "not decidable":
-        return f"Agreement with {name} {at} is inconclusive at this uncertainty: {said}; {alone}."
-    return f"{name} {verdict.outcome} the wear {at}: {said}; {alone}{_bend(verdict.first)}."
+        return f"Agreement with {name} {at} is inconclusive at this uncertainty: {said}{_alone(verdict)}."
+    return f"{name} {verdict.outcome} the wear {at}: {said}{_alone(verdict)}{_bend(verdict.first)}."
 
 
 def _against(body: BodyVerdict, verdict: RunVerdict) -> str:
@@ -280,6 +277,12 @@ def _by_how_much(body: BodyVerdict) -> str:
     return f"{end}, but {signed(body.e_n_all, 2)} at {place}"
 
 
+def _alone(verdict: RunVerdict) -> str:
+    """Return k_D of a run alone over the study's; nothing of the one run that the study's k_D is from."""
+    ratios = [f"{body.coefficient_ratio}" for body in verdict.bodies.values()]
+    return "" if {*ratios} == {"1"} else f"; fitted alone, this run gives {' and '.join(ratios)} of the study's k_D"
+
+
 def _left_over(body: BodyVerdict) -> str:
     trend, spread = body.trend, body.measured.standard_uncertainty or 0.0
     if trend is None or trend.p_value > _SURE or trend.amplitude.value < _SMALL * spread:
@@ -289,7 +292,7 @@ def _left_over(body: BodyVerdict) -> str:
 
 def _bend(body: BodyVerdict) -> str:
     change = body.change_point
-    if change is None or change.p_value > _SURE:
+    if change is None or change.p_value > _SURE or f"{change.rate_ratio:.2f}" == "1.00":
         return ""
     where = show(float(f"{change.sliding_distance.value:.2g}"), None, "m")
     return (
