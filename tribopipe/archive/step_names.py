@@ -36,7 +36,7 @@ METHODS: dict[StepStage, int] = {
     "wear_fit": 16,
     "prediction": 10,
     "local_wear": 1,
-    "study": 13,
+    "study": 14,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

@@ -89,6 +89,8 @@ class Comparison:
     predicted: Column
     measured_draws: Column
     predicted_draws: Column
+    least: float = 0.0
+    """Deviation along a curve that matters, m: limits are at least as wide."""
 
     @property
     def deviation(self) -> Column:
@@ -121,7 +123,7 @@ class Comparison:
         low, high = _quantiles(self._ordered, TAILS)
         scaled = np.where(errors < 0, errors / np.minimum(low, -self._none), errors / np.maximum(high, self._none))
         reached = max(_LEAST_REACH, float(np.quantile(np.max(scaled, axis=1), 1 - level)))
-        return self.deviation / (self.limits(_NOTABLE) * reached)
+        return self.deviation / np.maximum(self.limits(_NOTABLE) * reached, self.least)
 
     def law_band(self) -> tuple[Column, Column]:
         """Return the 95 % interval of the law's depth, m, at each place."""
