@@ -112,7 +112,10 @@ class BodyVerdict(Record):
     e_n: float
     """Measured minus predicted at the end divided by the half-width of its 95 % interval on that side."""
     e_n_all: float
-    """The largest such number among all that was measured on the body, over the limit that 95 % of runs keep to."""
+    """The largest such number among all that was measured on the body, over the limit that 95 % of runs keep to.
+
+    Along a curve, the limit is at least the standard uncertainty of the measured wear.
+    """
     e_n_all_at: str | Quantity
     """Which measurement it belongs to, or where along the curve."""
     wear_coefficient: Quantity
