@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain, combinations
 
@@ -21,7 +21,7 @@ from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import GAP_REMEDY, gap_found, reference_radius, worn_area
 from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, contradictions, surest
+from tribopipe.evaluation.measurements.worn_pair import contradictions, names_used
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun, paired_key
 
@@ -257,25 +257,21 @@ def _bodies_contradict(run: RawRun) -> Iterator[Trouble]:
     except FitError:
         return
     for found in contradictions(worn):
-        unit = "um" if found.what == "depth" else "mm^3"
+        unit, used = "um" if found.what == "depth" else "mm^3", _used(names_used(worn.bodies[found.body]))
         first, second = (getattr(way, found.what).shown(unit) for way in (found.one, found.other))
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
         yield Trouble(
             "end_values",
             f"found two values for the wear {found.what} of the {found.body}: {first} from {found.one.name} and "
-            f"{second} from {found.other.name}{apart}; expected agreement; {_used(worn.bodies[found.body])}, not their "
-            "mean",
+            f"{second} from {found.other.name}{apart}; expected agreement; {used}, not their mean",
             "repeat the measurement, or check the units of both values",
         )
 
 
-def _used(ways: Iterable[BodyWear]) -> str:
-    """State which measurement of a body its depth and volume follow from, which may be two."""
-    ways = tuple(ways)
-    names = [way.name for way in (surest(ways, "depth"), surest(ways, "volume")) if way is not None]
-    if len(set(names)) == 1:
-        return f"{names[0]} is used"
-    return f"{names[0]} is used for the depth and {names[1]} for the volume"
+def _used(names: Sequence[str]) -> str:
+    """State which measurements of a body its depth and volume follow from."""
+    first, *others = names
+    return f"{first} is used for the depth and {others[0]} for the volume" if others else f"{first} is used"
 
 
 def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> Iterator[Trouble]:

@@ -386,6 +386,12 @@ def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWe
     return min((way for way in ways if getattr(way, what) is not None), key=rank, default=None)
 
 
+def names_used(ways: Iterable[BodyWear]) -> list[str]:
+    """Return the names of the measurements that depth and volume follow from: one, or two."""
+    ways = tuple(ways)
+    return list(dict.fromkeys(way.name for what in ("depth", "volume") if (way := surest(ways, what)) is not None))
+
+
 class Contradiction(NamedTuple):
     """Two post-test measurements that give different wear of one body."""
 

@@ -229,7 +229,7 @@ class PosedRun:
     def budgets(self, length: float | None = None) -> list[tuple[Contribution, ...]]:
         """Return what u of k_D is made of, for a test ``length`` times as long where that is named.
 
-        A longer test tells no less than this one: at worst, what comes after it is left out.
+        A longer test is no worse than this one: what comes after it can be left out.
         """
         if length is None:
             return [self._budget]

@@ -280,7 +280,7 @@ def judge_recorded(draws: RunDraws, asked: Question, shape: Shape) -> Judgment:
 def compare(draws: RunDraws, coefficient: float, coefficients: Column) -> Comparison:
     """Compare a run with a law whose k_D is known with draws.
 
-    What a law is off by along the curve hardly changes k_D where it is less than the end value is known to: a sensor
+    What a law is off by along the curve hardly changes k_D where it is less than u of the wear at the end: a sensor
     of little noise resolves that the elastic deflection is not quite that of the model.
     """
     measured = draws.measured()
