@@ -179,25 +179,22 @@ def test_a_missing_key_is_shown_with_an_example():
         read_document(document, RunManifest, where="where")
 
 
-def test_a_key_of_which_only_a_word_is_written_suggests_those_with_this_word():
-    document = with_value(("conditions", "load"), "5 N")
-    with pytest.raises(ManifestError, match=r"conditions\.load: unknown key; did you mean 'normal_load'\?"):
-        read_document(document, RunManifest, where="where")
-    document = with_value(("conditions", "speed"), "5 m/s")
-    with pytest.raises(ManifestError, match="did you mean 'sliding_speed' or 'rotational_speed'"):
-        read_document(document, RunManifest, where="where")
-
-
-def test_one_table_of_signals_is_told_to_be_a_list():
-    document = with_value(("signals",), {"file": "signals.csv"})
-    with pytest.raises(ManifestError, match=r"signals: found \[signals\], a single table; .*; write \[\[signals\]\]"):
-        read_document(document, RunManifest, where="where")
-
-
-def test_a_body_of_another_tribometer_keeps_its_name_in_the_message():
-    document = with_value(("contact", "kind"), "reciprocating")
-    with pytest.raises(ManifestError, match=r"contact\.disc: unknown key; available: flat, kind, pin"):
-        read_document(document, RunManifest, where="where")
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        (("conditions", "load"), "5 N", r"conditions\.load: unknown key; did you mean 'normal_load'\?"),
+        (("conditions", "speed"), "5 m/s", "did you mean 'sliding_speed' or 'rotational_speed'"),
+        (
+            ("signals",),
+            {"file": "signals.csv"},
+            r"signals: found \[signals\], a single table; .*; write \[\[signals\]\]",
+        ),
+        (("contact", "kind"), "reciprocating", r"contact\.disc: unknown key; available: flat, kind, pin"),
+    ],
+)
+def test_a_key_that_does_not_belong_there_gets_the_remedy_that_is_meant(key, value, message):
+    with pytest.raises(ManifestError, match=message):
+        read_document(with_value(key, value), RunManifest, where="where")
 
 
 # --- interruptions and sensors ---

@@ -92,10 +92,6 @@ class Profile:
 
 
 _BEFORE = ".before"
-_FEWEST = 2
-"""Samples of a load that is recorded."""
-_DEVIATIONS = 1.4826
-"""Standard deviation over the median of absolute values, of a normal distribution."""
 
 
 def before_key(key: str) -> str:
@@ -129,6 +125,12 @@ READ_IN = "is read in"
 """Part of the note on a unit that takes precedence over another one in the file."""
 OF_ANOTHER_KIND = "a unit of another kind"
 """Part of that note where no factor converts one into the other."""
+
+
+_FEWEST = 2
+"""Samples of a load that is recorded."""
+_TO_DEVIATION = 1.4826
+"""Standard deviation over the median of absolute values, of a normal distribution."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -200,7 +202,7 @@ class RawRun(Tabular):
             return None
         force, slid = force[seen], slid[seen]
         mean = float(np.trapezoid(force, slid) / np.ptp(slid))
-        noise = _DEVIATIONS * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
+        noise = _TO_DEVIATION * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
         return Quantity(value=mean, unit="N", standard_uncertainty=noise) if mean > 0 else None
 
     def numbered(self, index: int) -> str:

@@ -15,6 +15,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName
 from tribopipe.evaluation.study.evaluate import StudiedRun
+from tribopipe.evaluation.wear.uncertainty import relative_uncertainty
 from tribopipe.physics.laws import law_named
 from tribopipe.results.evaluation import COVERAGE_FACTOR
 from tribopipe.results.study import SCATTER, Design, Lever
@@ -96,7 +97,7 @@ def _above_zero(coefficient: Quantity) -> bool:
 
 def half_width(lines: Collection[Contribution]) -> float:
     """Return the half width of the 95 % interval of k_D over k_D, by a budget."""
-    return COVERAGE_FACTOR * math.hypot(*(line.relative for line in lines))
+    return COVERAGE_FACTOR * relative_uncertainty(lines)
 
 
 def levers(lines: Collection[Contribution]) -> list[Lever]:

@@ -25,7 +25,7 @@ from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointPr
 from tribopipe.evaluation.wear.inputs import PIN_SHARED, draw_values, law_as_given
 from tribopipe.evaluation.wear.measurement_problem import MeasurementProblem
 from tribopipe.evaluation.wear.problem import PRESSURE, WearProblem, wear_problem
-from tribopipe.evaluation.wear.uncertainty import budget, solve_draws
+from tribopipe.evaluation.wear.uncertainty import budget, relative_uncertainty, solve_draws
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, Inputs
@@ -35,10 +35,6 @@ from tribopipe.results.wear_fit import Contribution
 
 _FEWEST_COPIED = 16
 """Samples from which on two equal recordings are of one test."""
-
-
-def _relative(lines: Sequence[Contribution]) -> float:
-    return math.hypot(*(line.relative for line in lines))
 
 
 _DEAFENING = 1e12
@@ -234,7 +230,7 @@ class PosedRun:
         if length is None:
             return [self._budget]
         other = budget(at_length(self._alike, self.coefficient, length), self.coefficient)
-        return [min(self._budget, other, key=_relative) if length > 1 else other]
+        return [min(self._budget, other, key=relative_uncertainty) if length > 1 else other]
 
     @cached_property
     def _budget(self) -> tuple[Contribution, ...]:
@@ -251,7 +247,7 @@ class PosedRun:
 
         def unlike(way: WearProblem) -> float:
             as_long = budget(at_length(way, self.coefficient, 1.0), self.coefficient)
-            return abs(math.log(_relative(as_long) / _relative(self._budget)))
+            return abs(math.log(relative_uncertainty(as_long) / relative_uncertainty(self._budget)))
 
         return min((self.plain, self.by_measurement), key=unlike)
 

@@ -27,7 +27,13 @@ from tribopipe.evaluation.wear.depth_problem import DepthProblem, depth_problem
 from tribopipe.evaluation.wear.findings import engine_findings, prior_findings, wear_findings
 from tribopipe.evaluation.wear.law_parameters import held_notes, undetermined_notes, with_fitted_law
 from tribopipe.evaluation.wear.problem import WearProblem, wear_problem
-from tribopipe.evaluation.wear.uncertainty import NOISE, budget, coefficient_draws, input_covariance
+from tribopipe.evaluation.wear.uncertainty import (
+    NOISE,
+    budget,
+    coefficient_draws,
+    input_covariance,
+    relative_uncertainty,
+)
 from tribopipe.physics.autocorrelation import effective_samples
 from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
@@ -187,7 +193,7 @@ def _law_values(problem: WearProblem, covariance: Column | None) -> dict[str, An
 def _first_order(problem: WearProblem, coefficient: float, covariance: Column | None) -> BodyWear:
     """Return k_D with its uncertainty, interval, budget and end depth, by first-order propagation."""
     lines = budget(problem.condensed(), coefficient)
-    relative = math.hypot(*(line.relative for line in lines))
+    relative = relative_uncertainty(lines)
     (random,) = (line.relative for line in lines if line.name == NOISE)
     factor = math.exp(min(COVERAGE_FACTOR * relative, _WIDEST))
     together = np.array([[relative**2]]) if covariance is None else covariance

@@ -6,7 +6,7 @@ row.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.random import Generator
@@ -50,6 +50,11 @@ def budget_lines(
         if name not in FRICTION_INPUTS
     ]
     return tuple(sorted(lines, key=lambda line: -abs(line.relative)))
+
+
+def relative_uncertainty(lines: Iterable[Contribution]) -> float:
+    """Return the standard uncertainty of k_D over k_D, by a budget."""
+    return math.hypot(*(line.relative for line in lines))
 
 
 def input_covariance(inputs: Inputs, friction: FrictionCovariance, names: Sequence[str]) -> Column:

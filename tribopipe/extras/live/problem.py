@@ -5,7 +5,7 @@ The noise of the reading is that of the whole of it, or of its parts where somet
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,9 +17,10 @@ from tribopipe.contacts.kinds import wear_of
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
+from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.depth_reading import engine_of, remountings
 from tribopipe.evaluation.drift import SensorTrace
-from tribopipe.evaluation.load_and_friction import load_share
+from tribopipe.evaluation.load_and_friction import applied_load
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.measurements.pin_tip import PinTip
 from tribopipe.evaluation.measurements.readings import EndValueUsed
@@ -103,8 +104,6 @@ _DISC_POWER = 0.75
 It is 1 where the contact keeps its width: a block, or a flat pin.
 """
 _LEAST_SPREAD = 1e-12
-_FEWEST = 2
-"""Means of a load of which one can be taken over the distance."""
 _AS_PLANNED = 0.98
 """Share of the planned distance at which a test has ended as planned."""
 
@@ -329,13 +328,9 @@ def _anchors(asked: Asked, slid: float, end: EndWear | None) -> list[Anchor]:
 
 
 def _load(asked: Asked, fine: Means) -> Quantity:
-    """Return the load so far, N: the mean over the sliding distance where it was recorded, else the nominal one."""
-    seen = np.isfinite(fine.load)
-    slid, load = fine.sliding_distance[seen], fine.load[seen]
-    if asked.run.origins.get("normal_force") != "measured" or len(load) < _FEWEST or not np.ptp(slid) > 0:
-        return asked.run.manifest.conditions.normal_load
-    mean = float(np.trapezoid(load, slid) / np.ptp(slid))
-    return Quantity(value=mean, unit="N", standard_uncertainty=load_share(asked.run, asked.recipe.uncertainty) * mean)
+    """Return the load so far, N: recorded, else nominal."""
+    so_far: dict[SignalName, Column] = {"normal_force": fine.load, "sliding_distance": fine.sliding_distance}
+    return applied_load(replace(asked.run, columns=so_far), asked.recipe)
 
 
 def _inputs(asked: Asked, fine: Means, anchors: list[Anchor], end: EndWear | None) -> dict[str, Input]:
