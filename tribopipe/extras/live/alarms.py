@@ -114,15 +114,16 @@ def load_alarms(means: Means, nominal: float, spread: float) -> Iterator[Alarm]:
         yield alarm_at(
             "load",
             float(distance[off]),
-            f"found a load of {show_force(float(load[off]), None)} at {distance[off]:.4g} m, although the nominal load "
-            f"is {stated}: the weight was removed, or the load cell is faulty",
+            f"found a load of {show_force(float(load[off]), None)} at {show(float(distance[off]), None, 'm')}, "
+            f"although the nominal load is {stated}: the weight was removed, or the load cell is faulty",
         )
     if abs(usual - nominal) > max(_CLEARLY * spread, _USUALLY_OFF * nominal):
         yield alarm_at(
             "nominal load",
             float(distance[-1]),
-            f"found a median load of {show_force(usual, None)}, with which k_D is calculated, although the nominal "
-            f"load is {stated}: correct conditions.normal_load, or check the unit and zero of the load cell",
+            f"found a median load of {show_force(usual, None)}, although the nominal load is {stated}; k_D is "
+            "calculated with the measured load: correct conditions.normal_load, or check the unit and zero of the "
+            "load cell",
         )
 
 
