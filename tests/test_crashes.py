@@ -321,8 +321,8 @@ def test_without_room_no_figure_takes_its_place(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_a_batch_goes_on_where_figures_have_no_room(run_cli, archive, short_runs, monkeypatch):
     (archive / "figures").mkdir()
-    monkeypatch.setattr("tribopipe.views.figure_updates.save_run_figures", no_room)
-    monkeypatch.setattr("tribopipe.views.figure_updates.run_is_drawn", lambda *_: False)
+    monkeypatch.setattr("tribopipe.views.archived_figures.save_run_figures", no_room)
+    monkeypatch.setattr("tribopipe.views.archived_figures.run_is_drawn", lambda *_: False)
     done = run_cli("process", short_runs / RUN, "--archive", archive)
     assert done.exit_code == 1
     assert f"\n {RUN} " in done.stdout
@@ -460,12 +460,12 @@ def test_what_goes_wrong_outside_is_told_as_such(error, told):
 @pytest.mark.parametrize(
     "words",
     [
-        ["kills.py", "--points", "4"],
+        ["kills.py", "--points", "3"],
         ["interrupts.py", "--points", "2", "--runs", "2"],
         ["many_writers.py", "--points", "8"],
         ["full_disk.py", "--points", "1"],
         ["killed_commands.py", "--points", "1"],
-        ["injected_errors.py", "--points", "6"],
+        ["injected_errors.py", "--points", "4"],
     ],
     ids=lambda words: words[0],
 )

@@ -270,11 +270,6 @@ def assert_binomial(held: list[int], count: int) -> None:
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_truth_in_most_of_a_few_runs():
-    assert_binomial(coverage(6), 6)
-
-
-@pytest.mark.slow
 def test_intervals_hold_the_truth_in_95_percent_of_many_runs(monkeypatch):
     monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
     assert_binomial(coverage(100), 100)

@@ -29,6 +29,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("few_draws")]
 
 FITTED, SLIPPING, LONG = ("4pct-100k", "4pct-250k", "4pct-500k", "4pct-1000k"), "10pct-1000k-a", "4pct-2000k"
 FALSE = ("over-predicts", "under-predicts")
+CURVES = "tribopipe.evaluation.study.measured_runs._curves"
+"""The curves of a study, which take most of the time and decide nothing."""
 SAMPLE_STUDY = load_toml(SAMPLES / "si3n4-twin-disc.study.toml", Study)
 DATE = "2026-07-01T10:00:00+00:00"
 
@@ -46,8 +48,8 @@ def laboratory(seed: int, fitted=FITTED, predicted=(SLIPPING,), factor: float | 
 
 @pytest.fixture
 def no_curves(monkeypatch) -> None:
-    """Leave out the curves of a study, which take most of the time and decide nothing."""
-    monkeypatch.setattr("tribopipe.evaluation.study.measured_runs._curves", lambda *_: [])
+    """Leave out the curves of a study."""
+    monkeypatch.setattr(CURVES, lambda *_: [])
 
 
 def of(law, name: str):
@@ -69,6 +71,7 @@ def exact_member(name: str, share: float = 0.05, **options) -> Member:
 def labs() -> list:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tribopipe.physics.uncertainty.BLOCK", 400)
+        patch.setattr(CURVES, lambda *_: [])
         return [laboratory(seed) for seed in range(3)]
 
 
@@ -132,8 +135,8 @@ def test_sound_laboratories_seldom_call_the_law_off(monkeypatch):
 @pytest.mark.usefixtures("no_curves")
 @pytest.mark.parametrize(("factor", "called"), [(3.0, "under-predicts"), (0.1, "over-predicts")])
 def test_fatigue_is_called_in_most_laboratories(factor, called):
-    outcomes = [of(laboratory(seed, FITTED, (LONG,), factor), LONG).outcome for seed in range(15)]
-    assert outcomes.count(called) >= 12, outcomes
+    outcomes = [of(laboratory(seed, FITTED, (LONG,), factor), LONG).outcome for seed in range(10)]
+    assert outcomes.count(called) >= 8, outcomes
     assert not set(outcomes) & (set(FALSE) - {called})
 
 

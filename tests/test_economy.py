@@ -97,8 +97,8 @@ def test_what_makes_no_sense_is_refused(told, found):
 
 @pytest.mark.slow
 def test_drift_of_the_paper_s_discs():
-    surface = discs((8, 4), 2e6)
-    amounts = DISC_COEFFICIENT * np.linspace(0, 2e6, 21)[1:]
+    surface = discs((5, 3), 1e6)
+    amounts = DISC_COEFFICIENT * np.linspace(0, 1e6, 5)[1:]
     courses = [
         wear_economically(surface, amounts, increment=DISC_COEFFICIENT * 5e4, correct_every=every, stress_loss=0.01)
         for every in (None, 10, 1)
@@ -109,6 +109,6 @@ def test_drift_of_the_paper_s_discs():
         assert np.all(np.diff(course.depth) > 0)
     assert never.depth[-1] < 0.995 * full.depth[-1]
     assert never.depth[-1] < some.depth[-1] < full.depth[-1]
-    assert never.peak_pressure[-1] < 0.9 * full.peak_pressure[-1]
+    assert never.peak_pressure[-1] < 0.95 * full.peak_pressure[-1]
     exact = wear_economically(surface, amounts, increment=DISC_COEFFICIENT * 5e4)
     assert exact.depth[1:] == pytest.approx(full.depth[1:], rel=5e-3)

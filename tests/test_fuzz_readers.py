@@ -30,7 +30,7 @@ def fuzz(how: str, seconds: int, folder: Path, names: list[str], seed: int = 1) 
 
 
 def test_files_changed_by_drawn_rules(tmp_path):
-    fuzz("seeded", 15, tmp_path, IN_PROCESS)
+    fuzz("seeded", 10, tmp_path, IN_PROCESS)
 
 
 @pytest.mark.parametrize("name", OTHERS_DO_THE_READING)
@@ -52,4 +52,4 @@ def test_fields_longer_than_any_in_any_line(name):
 
 @pytest.mark.skipif(find_spec("atheris") is None, reason="atheris is not installed")
 def test_files_found_by_coverage(tmp_path):
-    fuzz("guided", 20, tmp_path, IN_PROCESS)
+    fuzz("guided", 12, tmp_path, IN_PROCESS)

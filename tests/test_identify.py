@@ -257,7 +257,7 @@ def three_deviations(count: int) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "si3n4-air-400mN", "wc-co-water-400mN"])
+@pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
 def test_intervals_of_friction_hold_the_truth_as_often_as_they_say(run_id):
     series, run = CASES[run_id]
     series = series.model_copy(update={"systematic_errors": True})
@@ -273,7 +273,8 @@ def test_intervals_of_friction_hold_the_truth_as_often_as_they_say(run_id):
 @pytest.mark.slow
 @pytest.mark.parametrize("correction", ["two-step", "model"])
 @pytest.mark.parametrize("run_id", ["si3n4-air-200mN", "wc-co-water-400mN"])
-def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id, correction):
+def test_intervals_of_the_coefficient_hold_the_truth_as_often_as_they_say(run_id, correction, monkeypatch):
+    monkeypatch.setattr("tribopipe.physics.uncertainty.BLOCK", 1_000)
     series, run = CASES[run_id]
     series = series.model_copy(update={"systematic_errors": True})
     recipe = Recipe(wear=WearRecipe(correction=correction))

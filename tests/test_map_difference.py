@@ -97,7 +97,7 @@ def test_form_of_the_ball_is_not_counted_as_wear():
 def test_intervals_cover_the_volume():
     covered, errors = [], []
     kinds = ("ball", "polished ball", "groove within the map", "transfer")
-    for seed in range(2000, 2024):
+    for seed in range(2000, 2016):
         kind = PAIRS[kinds[seed % len(kinds)]]
         pair = replace(kind, seed=seed, points=81, lines=71)
         found = map_difference(*pair.maps()).volume()

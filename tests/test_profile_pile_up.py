@@ -77,14 +77,8 @@ def check(case, seeds):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", others_slow(CASES, "pile-up, correlated noise", "everything"))
-def test_areas_lie_within_their_uncertainty(case):
-    check(case, 12)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_areas_lie_within_their_uncertainty_over_many_seeds(case):
+def test_areas_lie_within_their_uncertainty(case):
     check(case, 40)
 
 
@@ -291,7 +285,7 @@ def check_shape(shape, noise, length, seeds, least=0.9):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", others_slow([*SHAPES, None], "cap", "V", None))
+@pytest.mark.parametrize("shape", [*SHAPES, None])
 def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
     check_shape(shape, 0.02, 0.0, 10)
     check_shape(shape, 0.005, 5.0, 10)
@@ -301,7 +295,7 @@ def test_grooves_of_any_shape_lie_within_their_uncertainties(shape):
 @pytest.mark.parametrize("shape", [*SHAPES, None])
 @pytest.mark.parametrize(("noise", "length"), [(0.002, 5.0), (0.01, 0.0), (0.02, 5.0)])
 def test_grooves_of_any_shape_over_many_seeds(shape, noise, length):
-    check_shape(shape, noise, length, 100, least=0.87)
+    check_shape(shape, noise, length, 60, least=0.85)
 
 
 @pytest.mark.slow
