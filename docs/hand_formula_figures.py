@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tribopipe.base.arrays import Column
-from tribopipe.physics.geometry import segment_area, short_cap_volume
+from tribopipe.physics.geometry import segment_area
 from tribopipe.physics.pin_on_track import SphereOnTrack, WornContact
 from tribopipe.physics.stroke_ends import Stroke
 from tribopipe.views.run_figures import BLACK, GREY, PALETTE, finish, styled
@@ -30,7 +30,7 @@ def worn_ball(groove_over_pin: Column) -> WornContact:
 
 def flat_cap_ratio(size: Column, worn: WornContact) -> Column:
     """Return πd⁴/(64R) for a scar of this half size, over the volume that the ball has lost."""
-    return np.asarray(short_cap_volume(scar_diameter=2 * size, sphere_radius=BALL) / worn.pin_volume)
+    return np.asarray(np.pi * (2 * size) ** 4 / (64 * BALL) / worn.pin_volume)
 
 
 def groove_ratio(worn: WornContact) -> Column:

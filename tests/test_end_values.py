@@ -40,7 +40,7 @@ from tribopipe.evaluation.measurements.pin_on_disc import end_wear, pin_on_disc_
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
 from tribopipe.evaluation.measurements.track_profile import worn_area
 from tribopipe.evaluation.wear.fit import fit_wear
-from tribopipe.physics.geometry import scar_radius_at, short_cap_error, short_track_error
+from tribopipe.physics.geometry import cap_height, scar_radius_at, segment_area, worn_volume
 from tribopipe.results.run import Profile
 
 DEFAULTS = DefaultUncertainty()
@@ -471,9 +471,10 @@ def test_examples_of_the_manual_can_be_written():
 def test_manual_states_the_errors_of_the_short_formulas():
     text = (ROOT / "docs" / "end_values.md").read_text(encoding="utf-8")
     shares = np.array([0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0])
+    depth = cap_height(scar_radius=shares, sphere_radius=1.0)
     for row, error in (
-        ("cap", short_cap_error(scar_diameter=2 * shares, sphere_radius=1.0)),
-        ("track", short_track_error(width=2 * shares, sphere_radius=1.0)),
+        ("cap", np.pi * (2 * shares) ** 4 / 64 / worn_volume(depth=depth, sphere_radius=1.0) - 1),
+        ("track", (2 * shares) ** 3 / 12 / segment_area(half_chord=shares, radius=1.0) - 1),
     ):
         (line,) = re.findall(rf"(?m)^\| {row}, π.*$", text)
         stated = [float(found.replace("−", "-")) for found in re.findall(r"(−[\d.]+) %", line)]

@@ -7,15 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tribopipe.physics.geometry import (
-    cap_height,
     circle_volume,
     scar_depth,
     scar_radius_at,
     segment_area,
-    short_cap_error,
-    short_cap_volume,
-    short_track_error,
-    short_track_volume,
     worn_depth,
     worn_volume,
 )
@@ -96,30 +91,6 @@ def test_circular_track_is_that_of_astm_g99():
         volume = 2 * mpmath.pi * mpf("10e-3") * segment(r, half)
     area = segment_area(half_chord=0.35e-3, radius=3e-3)
     assert float(circle_volume(area=area, track_radius=10e-3)) == pytest.approx(float(volume), rel=1e-14)
-
-
-@given(radii, shares)
-def test_short_formulas_are_off_by_what_is_stated(radius, share):
-    wide = 2 * share * radius
-    with mpmath.workdps(50):
-        r, half = mpf(radius), mpf(wide) / 2
-        by_cap = float(mpmath.pi * mpf(wide) ** 4 / (64 * r) / cap(r, half) - 1)
-        by_track = float(mpf(wide) ** 3 / (12 * r) / segment(r, half) - 1)
-    assert float(short_cap_error(scar_diameter=wide, sphere_radius=radius)) == pytest.approx(by_cap, rel=1e-13)
-    found = float(short_track_error(width=wide, sphere_radius=radius))
-    assert found == pytest.approx(by_track, rel=1e-12, abs=1e-15)
-    assert by_cap < by_track < 0
-
-
-def test_short_formulas_and_their_errors_belong_together():
-    short = short_cap_volume(scar_diameter=0.4e-3, sphere_radius=0.8e-3)
-    exact = worn_volume(depth=cap_height(scar_radius=0.2e-3, sphere_radius=0.8e-3), sphere_radius=0.8e-3)
-    error = short_cap_error(scar_diameter=0.4e-3, sphere_radius=0.8e-3)
-    assert float(short / exact) == pytest.approx(1 + float(error), rel=1e-14)
-    track = short_track_volume(width=0.4e-3, sphere_radius=0.8e-3, track_radius=5e-3)
-    whole = circle_volume(area=segment_area(half_chord=0.2e-3, radius=0.8e-3), track_radius=5e-3)
-    off = short_track_error(width=0.4e-3, sphere_radius=0.8e-3)
-    assert float(track / whole) == pytest.approx(1 + float(off), rel=1e-14)
 
 
 def test_arrays_of_draws_broadcast_and_stay_finite_beyond_the_sphere():

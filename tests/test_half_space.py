@@ -12,7 +12,7 @@ from tribopipe.physics.hertz import hertz_radius
 from tribopipe.physics.local import contact_solvers
 from tribopipe.physics.local.contact_solvers import Contact, solve_by_conjugate_gradients
 from tribopipe.physics.local.course import wear
-from tribopipe.physics.local.grids import DiscTrack, PinGrid, measured_pin, round_pin
+from tribopipe.physics.local.grids import DiscTrack, PinGrid, round_pin
 from tribopipe.physics.local.half_space import HalfSpace, MirroredHalfSpace
 from tribopipe.physics.local.rings import Rings, ring_edges
 
@@ -157,41 +157,6 @@ def test_a_flat_pin_s_pressure_is_boussinesq_s():
     assert contact.pressure[48, 48] == pytest.approx(2.0 / (2 * np.pi * (50e-6) ** 2), rel=1e-2)
     assert grid.extent(contact).half_width == pytest.approx(50e-6, rel=2e-2)
     assert grid.roughness(contact) < 0.01
-
-
-def test_a_tilted_flat_pin_wears_until_it_stands_flat():
-    grid = round_pin(normal_load=2.0, modulus=MODULUS, tip=flat, reach=50e-6, tilt=(0.0, 0.05), cells=32)
-    course = wear(grid, [1e-17, 1e-16, 1e-15, 1e-14, 1e-13])
-    assert course.volume[1:] == pytest.approx(2.0 * course.amount[1:], rel=1e-12)
-    assert np.all(np.diff(course.half_length[:-1]) > 0)
-    assert course.half_length[0] < 6e-6
-    assert course.half_length[-1] == pytest.approx(50e-6, rel=0.05)
-    # It leans on its edge at first, and in the end is lower there by what the tilt is over the pin.
-    on = np.isfinite(grid.gap)
-    assert course.places[1][np.unravel_index(course.pressure[0].argmax(), on.shape)[1]] < -45e-6
-    slope = np.polyfit(np.broadcast_to(course.places[1], on.shape)[on], course.worn[-1][on], 1)[0]
-    assert slope == pytest.approx(-0.05, rel=0.01)
-
-
-def test_a_measured_pin_is_that_of_its_heights():
-    drawn = round_pin(normal_load=LOAD, modulus=MODULUS, tip=sphere, reach=1.3 * START, cells=48, tilt=(1e-3, -2e-3))
-    across, along = drawn.places
-    radius = np.hypot(across[:, None], along)
-    heights = np.where(radius < 1.25 * START, 3e-6 - sphere(radius), np.nan)
-    measured = measured_pin(
-        normal_load=LOAD,
-        modulus=MODULUS,
-        heights=heights,
-        spacing=drawn.half_space.spacing,
-        tilt=(1e-3, -2e-3),
-    )
-    assert unworn(measured).pressure == pytest.approx(unworn(drawn).pressure, rel=1e-5, abs=1e3)
-    assert np.nanmin(measured.gap) == 0
-
-
-def test_a_map_without_heights_is_said():
-    with pytest.raises(ContactError, match="found no valid height in the map"):
-        measured_pin(normal_load=LOAD, modulus=MODULUS, heights=np.full((4, 4), np.nan), spacing=(1e-6, 1e-6))
 
 
 @pytest.mark.slow

@@ -110,7 +110,7 @@ class StatedFriction(Record):
 def _product(factor: float, one: Quantity, other: Quantity) -> Quantity:
     """Return a speed; uncertain by what is stated of both, and by nothing where nothing is stated."""
     value = factor * one.value * other.value
-    shares = [(part.standard_uncertainty or 0.0) / part.value for part in (one, other)]
+    shares = [part.u_or_zero / part.value for part in (one, other)]
     spread = value * math.hypot(*shares) if any(shares) else None
     return Quantity(value=value, unit="m/s", standard_uncertainty=spread)
 

@@ -178,6 +178,11 @@ class Quantity(Record, Arithmetic):
         """The standard uncertainty, in ``unit``; None if not stated."""
         return self.standard_uncertainty
 
+    @property
+    def u_or_zero(self) -> float:
+        """The standard uncertainty, in ``unit``; 0 if not stated."""
+        return self.standard_uncertainty or 0.0
+
     def to(self, unit: str) -> "Converted":
         """Return the quantity in another unit.
 
@@ -376,7 +381,7 @@ def _of_kind(quantity: Quantity, *, kind: str) -> Quantity:
             f"{units.KINDS[kind].example!r}"
         )
     readings = quantity.readings if isinstance(quantity, EndValue) and quantity.readings else ()
-    for number in (quantity.value, quantity.standard_uncertainty or 0.0, *readings):
+    for number in (quantity.value, quantity.u_or_zero, *readings):
         if number and not _LEAST < abs(number) < _MOST:
             raise ValueError(
                 f"found {number:g} {si}, which is not physically possible; expected a {kind} such as "

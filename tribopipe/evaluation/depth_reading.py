@@ -165,7 +165,7 @@ def engine_of(pin: Tip, end: EndWear | None, recipe: Recipe) -> WearEngine:
 
 def wears_beside(disc: Quantity, depth: float) -> bool:
     """Whether a disc has worn: more than its measurement may be off by, and than a hundredth of the other depth, m."""
-    return disc.value > max(2 * (disc.standard_uncertainty or 0.0), _HARDLY * depth)
+    return disc.value > max(2 * disc.u_or_zero, _HARDLY * depth)
 
 
 def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
@@ -298,7 +298,7 @@ class Groove:
         depth = self.pin_by(samples)
         share = self.share(of_pin(depth, samples.nodes.distance), depth)
         bent = share * np.log(np.maximum(share, 1e-9))
-        spread = self.measured.standard_uncertainty or 0.0
+        spread = self.measured.u_or_zero
         return (
             KnownTerm(samples.nodes.averaged(share), 0.0 if in_course else self.measured.value, spread),
             KnownTerm(samples.nodes.averaged(bent), 0.0, _COURSE * abs(self.measured.value)),
@@ -333,7 +333,7 @@ def _worn_by_then(pin: PinContact, share: float) -> Callable[[Column], Column]:
 def _depths(end: EndWear) -> Column:
     """Return what depth a measurement on the pin means, m, were it off by each of ``SCORES``."""
     measured = end.pin.quantity
-    moved = measured.value + SCORES * (measured.standard_uncertainty or 0.0)
+    moved = measured.value + SCORES * measured.u_or_zero
     return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
 
 
@@ -349,7 +349,7 @@ def disc_course(run: RawRun, recipe: Recipe, whole: float = 1.0) -> Course:
 def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
     """Return the depth reading of two discs."""
     total = end.total
-    measured = MeasuredDepth(total.value + SCORES * (total.standard_uncertainty or 0.0), lambda depth: depth)
+    measured = MeasuredDepth(total.value + SCORES * total.u_or_zero, lambda depth: depth)
     return samples.reading(disc_course(run, recipe, slid), (measured,))
 
 
@@ -372,7 +372,7 @@ def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> 
         settling, since where the end of the wear is known, they take what the reading is too large or too small by.
     """
     reading, (mean, statistical) = posterior.reading, posterior.terms
-    by_scale = (scale.standard_uncertainty or 0.0) / scale.value * np.abs(posterior.terms_per_scale)
+    by_scale = scale.u_or_zero / scale.value * np.abs(posterior.terms_per_scale)
     deviation = np.hypot(statistical, by_scale)
     offsets = reading.offsets.shape[1]
     line = offsets + (0 if reading.free is None else reading.free.shape[1])

@@ -248,7 +248,7 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
     """Report where the reading of two discs shows another wear than what was measured on them."""
     scale = sensor_scale(run, recipe)
     read = combined(lambda depth, by: depth * by / scale.value, (found.end_depth_by_reading, scale), "m")
-    spread = math.hypot(read.standard_uncertainty or 0.0, measured.standard_uncertainty or 0.0)
+    spread = math.hypot(read.u_or_zero, measured.u_or_zero)
     deviation = (read.value - measured.value) / max(spread, 1e-15)
     if abs(deviation) > MOST_DEVIATION:
         yield Finding(

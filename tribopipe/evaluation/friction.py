@@ -139,12 +139,12 @@ def _with_inputs(fit: FrictionFit, load: float, distance: float) -> FrictionFit:
     levels = [getattr(fit, name) for name in names]
     by = np.array([0.0 if level is None else level.value for level in levels]) * (load, load, distance)
     changed: dict[str, object] = {
-        name: level.model_copy(update={"standard_uncertainty": math.hypot(level.standard_uncertainty or 0.0, spread)})
+        name: level.model_copy(update={"standard_uncertainty": math.hypot(level.u_or_zero, spread)})
         for name, level, spread in zip(names, levels, by.tolist(), strict=True)
         if level is not None and spread
     }
     if load and fit.mean is not None:
-        spread = math.hypot(fit.mean.standard_uncertainty or 0.0, load * fit.mean.value)
+        spread = math.hypot(fit.mean.u_or_zero, load * fit.mean.value)
         changed["mean"] = fit.mean.model_copy(update={"standard_uncertainty": spread})
     if load and fit.steady_state is not None:
         changed["load_uncertainty"] = _ratio(load)
@@ -180,9 +180,9 @@ def _loading_ramp_end(run: RawRun, mu: Column) -> float:
 
 
 def _at_rest(distance: Column) -> NDArray[np.bool_]:
-    """Return which samples were recorded while the bodies did not slide: these have the friction of none of the path.
+    """Return a mask of the samples recorded while the bodies did not slide: their friction belongs to no distance.
 
-    None of a run whose distance is missing in part, or does not increase at all.
+    It selects no sample if the distance is missing in part or does not increase.
     """
     if not len(distance) or not np.all(np.isfinite(distance)) or not distance[-1] > distance[0]:
         return np.zeros(len(distance), dtype=bool)

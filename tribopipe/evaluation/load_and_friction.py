@@ -94,7 +94,7 @@ def applied_load(run: RawRun, recipe: Recipe) -> Quantity:
     if recorded is None:
         return run.manifest.conditions.normal_load
     calibration = load_share(run, recipe.uncertainty) * recorded.value
-    spread = math.hypot(calibration, recorded.standard_uncertainty or 0.0)
+    spread = math.hypot(calibration, recorded.u_or_zero)
     return Quantity(value=recorded.value, unit="N", standard_uncertainty=spread)
 
 

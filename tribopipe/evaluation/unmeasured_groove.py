@@ -33,7 +33,7 @@ _UNWORN = Quantity(value=0.0, unit="m", standard_uncertainty=0.0)
 
 def is_shown(part: Quantity, other: Quantity) -> bool:
     """Return whether the wear depth of one body is shown by the depth signal of both, and is no drift or error."""
-    certain = part.value > _CERTAIN * (part.standard_uncertainty or 0.0)
+    certain = part.value > _CERTAIN * part.u_or_zero
     return certain and part.value > _LEAST_PART * (part.value + other.value)
 
 
@@ -81,12 +81,12 @@ def _told(run: RawRun, record: DepthRecord, pin: PinContact, beside: Groove, rec
     if least < max(_BEYOND_DRIFT * prior, wide.range_beyond_line / _LEAST_PART):
         return None
     scale = sensor_scale(run, recipe)
-    spread = math.hypot(spread, depth * (scale.standard_uncertainty or 0.0) / scale.value)
+    spread = math.hypot(spread, depth * scale.u_or_zero / scale.value)
     return Quantity(value=depth, unit="m", standard_uncertainty=spread)
 
 
 def _beyond(both: Quantity, pin: Quantity) -> Quantity:
-    spread = math.hypot(both.standard_uncertainty or 0.0, pin.standard_uncertainty or 0.0)
+    spread = math.hypot(both.u_or_zero, pin.u_or_zero)
     return Quantity(value=both.value - pin.value, unit="m", standard_uncertainty=spread)
 
 

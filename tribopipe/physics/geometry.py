@@ -114,36 +114,6 @@ def circle_volume(*, area: ArrayLike, track_radius: ArrayLike) -> Column:
     return np.asarray(2 * np.pi * np.asarray(track_radius, dtype=float) * np.asarray(area, dtype=float))
 
 
-def short_cap_volume(*, scar_diameter: ArrayLike, sphere_radius: ArrayLike) -> Column:
-    """Return πd⁴/(64R), m³: the volume of a cap of scar diameter d as that of a paraboloid (ASTM G99)."""
-    d, r = np.asarray(scar_diameter, dtype=float), np.asarray(sphere_radius, dtype=float)
-    return np.asarray(np.pi * d**4 / (64 * r))
-
-
-def short_cap_error(*, scar_diameter: ArrayLike, sphere_radius: ArrayLike) -> Column:
-    """Return the relative error of ``short_cap_volume``, −c(5 + 3s)/(4(2 + s)) with c = h/R, s = 1 − c.
-
-    It is always too small: by (d/2R)²/3 for shallow caps, by 5/8 for half a sphere.
-    """
-    r = np.asarray(sphere_radius, dtype=float)
-    c = cap_height(scar_radius=np.asarray(scar_diameter, dtype=float) / 2, sphere_radius=r) / r
-    s = 1 - c
-    return np.asarray(-c * (5 + 3 * s) / (4 * (2 + s)))
-
-
-def short_track_volume(*, width: ArrayLike, sphere_radius: ArrayLike, track_radius: ArrayLike) -> Column:
-    """Return πR_t·d³/(6R), m³: the volume of a track of width d, its section as that of a parabola (ASTM G99)."""
-    d, r, track = (np.asarray(x, dtype=float) for x in (width, sphere_radius, track_radius))
-    return np.asarray(np.pi * track * d**3 / (6 * r))
-
-
-def short_track_error(*, width: ArrayLike, sphere_radius: ArrayLike) -> Column:
-    """Return the relative error of ``short_track_volume``: too small, by 3(d/2R)²/10 for shallow tracks."""
-    d, r = np.asarray(width, dtype=float), np.asarray(sphere_radius, dtype=float)
-    exact = segment_area(half_chord=d / 2, radius=r)
-    return np.asarray(d**3 / (12 * r) / exact - 1)
-
-
 def _leg(hypotenuse: Column, other: Column) -> Column:
     """Return √(R² − a²); 0 for what a draw may make wider than the sphere."""
     return np.asarray(np.sqrt(np.maximum((hypotenuse - other) * (hypotenuse + other), 0.0)))

@@ -30,7 +30,7 @@ class Input:
     @property
     def spread(self) -> float:
         """Standard uncertainty."""
-        return self.quantity.standard_uncertainty or 0.0
+        return self.quantity.u_or_zero
 
 
 Inputs = Mapping[str, Input]

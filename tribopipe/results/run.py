@@ -10,7 +10,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.base.units import show_force
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import CleanUp
@@ -129,8 +129,6 @@ OF_ANOTHER_KIND = "a unit of another kind"
 
 _FEWEST = 2
 """Samples of a load that is recorded."""
-_TO_DEVIATION = 1.4826
-"""Standard deviation over the median of absolute values, of a normal distribution."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -202,7 +200,7 @@ class RawRun(Tabular):
             return None
         force, slid = force[seen], slid[seen]
         mean = float(np.trapezoid(force, slid) / np.ptp(slid))
-        noise = _TO_DEVIATION * float(np.median(np.abs(np.diff(force)))) / math.sqrt(2 * len(force))
+        noise = robust_deviation(np.diff(force)) / math.sqrt(2 * len(force))
         return Quantity(value=mean, unit="N", standard_uncertainty=noise) if mean > 0 else None
 
     def numbered(self, index: int) -> str:

@@ -188,7 +188,7 @@ def mark(name: str, run: str, x: Column | float, value: Quantity | None, unit: U
     known = np.atleast_1d(x)[np.isfinite(np.atleast_1d(x))]
     if value is None or not known.size:
         return ()
-    half_width = COVERAGE_FACTOR * interval_from_si(value.standard_uncertainty or 0.0, unit.si, unit.shown)
+    half_width = COVERAGE_FACTOR * interval_from_si(value.u_or_zero, unit.si, unit.shown)
     words = f"{value.shown(unit.shown)} (± u)" if value.standard_uncertainty else value.shown(unit.shown)
     return (Mark(name, run, float(known[-1]), from_si(value.value, unit.si, unit.shown), half_width, words),)
 

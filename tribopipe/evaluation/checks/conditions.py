@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from tribopipe.base.arrays import Column, Numbers
+from tribopipe.base.arrays import Column, Numbers, robust_deviation
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.documents.signals import SignalName
@@ -123,7 +123,7 @@ def _changes(medians: Column) -> list[int]:
     """Return where one level follows another."""
     if len(medians) < 2 * _PLATEAU + _GAP:
         return []
-    noise = 1.4826 * float(np.median(np.abs(np.diff(medians)))) / np.sqrt(2)
+    noise = robust_deviation(np.diff(medians)) / np.sqrt(2)
     plateaus = sliding_window_view(medians, _PLATEAU)
     middle = np.median(plateaus, axis=1)
     uneven = np.ptp(plateaus, axis=1) / middle
@@ -172,7 +172,7 @@ def _slip_of_speeds(run: RawRun) -> Iterator[Trouble]:
     discs = run.manifest.twin_disc
     radii = (discs.curved_disc.rolling_radius, discs.flat_disc.rolling_radius)
     shares = (relative_input(one, DefaultUncertainty().rolling_radius).spread / one.value for one in radii)
-    allowed = max(_TOLERANCE * abs(stated.value), 3 * (stated.standard_uncertainty or 0.0), 3 * math.hypot(*shares))
+    allowed = max(_TOLERANCE * abs(stated.value), 3 * stated.u_or_zero, 3 * math.hypot(*shares))
     for one, other in disc_speeds(run):
         speeds = _usual(one.values), _usual(other.values)
         if not speeds[0] or not speeds[1]:
@@ -229,7 +229,7 @@ def _usual(values: Column) -> float | None:
 
 def _allowed(name: str, stated: Quantity, channel: Channel) -> float:
     rounded = _ROUNDED if name == "track_radius" and _in_whole_millimetres(channel.values) else 0.0
-    return max(_TOLERANCE * abs(stated.value), 3 * (stated.standard_uncertainty or 0.0), rounded)
+    return max(_TOLERANCE * abs(stated.value), 3 * stated.u_or_zero, rounded)
 
 
 def _in_whole_millimetres(radius: Column) -> bool:
@@ -341,7 +341,7 @@ def _stated_frequency(run: RawRun) -> _Frequency | None:
     conditions, origin = run.manifest.conditions, run.origins["sliding_distance"]
     frequency, speed, stroke = conditions.frequency, conditions.sliding_speed, conditions.stroke
     if frequency is not None:
-        tolerance = max(_COUNTED_TOLERANCE, 3 * (frequency.standard_uncertainty or 0.0) / frequency.value)
+        tolerance = max(_COUNTED_TOLERANCE, 3 * frequency.u_or_zero / frequency.value)
         words, remedy = f"the stated {frequency.value:.4g} Hz", "frequency, in reciprocating cycles per second"
         return _Frequency("frequency", frequency.value, tolerance, words, remedy)
     if stroke is not None and origin == "derived from rotations":

@@ -134,7 +134,7 @@ def _odd_mass(manifest: RunManifest) -> Iterator[Trouble]:
     for name, lost in manifest.end_values:
         if not name.endswith("_mass_loss") or lost is None:
             continue
-        if 0 < abs(lost.value) + 3 * (lost.standard_uncertainty or 0.0) < _LEAST_MASS:
+        if 0 < abs(lost.value) + 3 * lost.u_or_zero < _LEAST_MASS:
             yield Trouble(
                 f"end_values.{name}",
                 f"found {lost.shown('mg')}; expected at least {_LEAST_MASS * 1e6:g} mg, the resolution of a balance",
@@ -313,7 +313,7 @@ def unstated_uncertainty(run: RawRun) -> Iterator[Trouble]:
 
 
 def _inputs(manifest: RunManifest) -> dict[str, Any]:
-    """Return what a wear coefficient depends on, by its key; None if it is not stated."""
+    """Return the inputs of a wear coefficient by their keys, with the value None for each that is not stated."""
     conditions, found = manifest.conditions, {"conditions.normal_load": manifest.conditions.normal_load}
     if manifest.contact is None:
         return found

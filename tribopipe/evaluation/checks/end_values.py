@@ -95,7 +95,7 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
             "check the units of both values",
         )
     scar = end.pin_scar_diameter or end.pin_scar_length or end.pin_scar_width
-    if scar is not None and scar.value + 3 * _spread(scar) < 2 * tip.flat_radius:
+    if scar is not None and scar.value + 3 * scar.u_or_zero < 2 * tip.flat_radius:
         yield Trouble(
             f"{where}.pin_scar_diameter",
             f"found {scar.shown('um')}, smaller than the initial flat of {show(2 * tip.flat_radius, None, 'm', 'um')}; "
@@ -277,7 +277,7 @@ def _used(names: Sequence[str]) -> str:
 def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> Iterator[Trouble]:
     """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
     for (one, first), (other, second) in combinations(_total_depths(run, totals).items(), 2):
-        gap, spread = abs(first.value - second.value), math.hypot(_spread(first), _spread(second))
+        gap, spread = abs(first.value - second.value), math.hypot(first.u_or_zero, second.u_or_zero)
         if gap > max(3 * spread, 0.2 * max(first.value, second.value)):
             yield Trouble(
                 "end_values",
@@ -286,10 +286,6 @@ def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[
                 "the same contact width",
                 "repeat the measurement, measure both discs, or check the units",
             )
-
-
-def _spread(quantity: Quantity) -> float:
-    return quantity.standard_uncertainty or 0.0
 
 
 def _total_depths(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> dict[str, Quantity]:

@@ -300,7 +300,7 @@ def wear_decreases(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                 continue
             for interval in body.intervals:
                 gained = -interval.volume.value
-                if gained > CLEARLY * (interval.volume.standard_uncertainty or 0.0) and gained > 0:
+                if gained > CLEARLY * interval.volume.u_or_zero and gained > 0:
                     yield Trouble(
                         f"interruptions, end_values of the {spoken(name)}",
                         f"found less wear after {interval.end.shown('m')} than after {interval.start.shown('m')}; "
@@ -329,7 +329,7 @@ def material_gained(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     with suppress(ContactError, FitError):
         for name, body in cleaned.wear.bodies.items():
             volume = body.volume
-            if volume is not None and volume.value < -CLEARLY * (volume.standard_uncertainty or 0.0):
+            if volume is not None and volume.value < -CLEARLY * volume.u_or_zero:
                 yield Trouble(
                     f"end_values of the {spoken(name)}",
                     f"found a negative wear volume, {volume.shown('mm^3')}, which is a gain of material; expected a "
@@ -388,7 +388,7 @@ def _wider_than_disc(run: RawRun) -> Iterator[Trouble]:
     pair = nominal_pair(run.manifest, Recipe().wear.distance_per_rotation)
     most = float(pair.depth_of_width(np.array(width)))
     for found in disc_totals(run, Recipe()):
-        if found.total.value > most + CLEARLY * (found.total.standard_uncertainty or 0.0):
+        if found.total.value > most + CLEARLY * found.total.u_or_zero:
             yield Trouble(
                 "end_values",
                 f"found a total wear depth of {found.total.shown('um')} from {found.anchor}, at which the contact "
@@ -427,7 +427,7 @@ def _ring_worn(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Tro
 
 def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trouble]:
     """Find a dimensionless wear coefficient k·H that is too large or too small for sliding wear."""
-    (softest, hardest), spread = _hardness(body), CLEARLY * (rate.standard_uncertainty or 0.0)
+    (softest, hardest), spread = _hardness(body), CLEARLY * rate.u_or_zero
     highest = (rate.value - spread) * softest > _ARCHARD[1]
     if highest or 0 < rate.value + spread < _ARCHARD[0] / hardest:
         shown = rate.value * (softest if highest else hardest)
@@ -447,7 +447,7 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
         return
     start = _start_width(run)
     for name, scar in _scars(run):
-        if scar.value + 3 * (scar.standard_uncertainty or 0.0) >= start:
+        if scar.value + 3 * scar.u_or_zero >= start:
             continue
         yield Trouble(
             f"end_values.{name}",
@@ -603,7 +603,7 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     fitted = ", and k_D from a GIWM fit to the depth signal by several times this fraction" if by_giwm else ""
     for name, scar in _scars(run):
         share = (start / scar.value) ** power if scar.value > start else 0.0
-        if share <= max(_ELASTIC, (power + 1) * (scar.standard_uncertainty or 0.0) / scar.value):
+        if share <= max(_ELASTIC, (power + 1) * scar.u_or_zero / scar.value):
             continue
         yield Trouble(
             f"end_values.{name}",

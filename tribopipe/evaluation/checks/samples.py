@@ -263,7 +263,7 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     if not len(load) or _in_another_unit(run, cleaned):
         return
     nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
-    median, allowed = float(np.median(load)), max(3 * (nominal.standard_uncertainty or 0.0), 0.02 * nominal.value)
+    median, allowed = float(np.median(load)), max(3 * nominal.u_or_zero, 0.02 * nominal.value)
     if abs(median - nominal.value) > allowed:
         counts = "nominal" if cleaned.run.recorded_load is None else "recorded"
         yield Trouble(

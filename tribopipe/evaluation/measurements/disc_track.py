@@ -101,11 +101,11 @@ def disc_wear(run: RawRun, where: str, readings: Sequence[EndValueUsed], pair: W
 def _spread(way: BodyWear) -> float:
     """Return the relative uncertainty of the volume."""
     found = way.volume
-    return math.inf if found is None or not found.value else abs((found.standard_uncertainty or 0.0) / found.value)
+    return math.inf if found is None or not found.value else abs(found.u_or_zero / found.value)
 
 
 def _by_pair(pair: WornPair) -> BodyWear:
-    """Return depth and volume, as far as the reading gives them; None if it states that the disc has grown."""
+    """Return depth and volume, as far as the reading gives them: of a disc that has gained, a measured volume only."""
     name, quantity = pair.disc.name, pair.disc.quantity
     way = BodyWear(name, pair.disc.source, pair=pair, assumed=frozenset({"depth", "volume"}))
     if name in VOLUMES and quantity.value < 0:

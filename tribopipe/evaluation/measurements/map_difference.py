@@ -11,27 +11,27 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map, sags
 from tribopipe.evaluation.measurements.map_registration import Placed, placed, without_holes
-from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness, by_sampling, through_fit
-from tribopipe.evaluation.measurements.profile_levelling import Mask
-from tribopipe.evaluation.measurements.scar_limits import (
+from tribopipe.evaluation.measurements.map_roughness import Roughness, by_sampling, through_fit
+from tribopipe.evaluation.measurements.map_scars import (
     EDGE,
     FEWEST_ACROSS,
     FEWEST_UNWORN,
     IN_FORM,
-    MARGIN,
     MOST_MISSING,
     NO_NOISE,
     SMOOTHED,
-    SPIKE,
-    SPIKE_WIDTH,
     STANDS_OUT,
+    despiked,
+    margin,
+    spikes,
 )
+from tribopipe.evaluation.measurements.profile_levelling import Mask
 from tribopipe.results.run import Profile
 
 _ROUNDS, _ROTATED_IN = 15, 1
@@ -97,7 +97,7 @@ class MapDifference:
     @property
     def margin(self) -> int:
         """Cells by which the scar is taken wider than it is seen to be."""
-        return _margin(self.changed)
+        return margin(self.changed)
 
     @cached_property
     def waviness(self) -> float:
@@ -108,7 +108,7 @@ class MapDifference:
         wavy = gaussian_filter(np.where(self.unworn, self.lost, 0.0), _WAVINESS) / np.maximum(
             share, np.finfo(float).eps
         )
-        found, single = (MAD * float(np.median(np.abs(one[self.unworn]))) for one in (wavy, self.lost))
+        found, single = (robust_deviation(one[self.unworn]) for one in (wavy, self.lost))
         return found if found > _NO_NOISE * single else 0.0
 
     @property
@@ -263,7 +263,7 @@ def _seen(surface: Placed, unworn: Mask) -> MapDifference:
     overlap = without_holes(both) & np.isfinite(lost)
     lost, apart = (np.where(overlap, values, 0.0) for values in (lost, apart))
     smooth = uniform_filter(lost, SMOOTHED)
-    noise = MAD * float(np.median(np.abs(smooth[unworn])))
+    noise = robust_deviation(smooth[unworn])
     size = np.where(overlap, np.abs(smooth), 0.0)
     most = float(np.max(size))
     parts, count = label(size > max(EDGE * noise, IN_FORM / 4 * most))
@@ -276,27 +276,17 @@ def _seen(surface: Placed, unworn: Mask) -> MapDifference:
             f"{show(noise, None, 'm', 'um')}; expected a scar with surroundings that did not wear in both maps; "
             "measure larger maps, or remove before from run.toml"
         )
-    single = MAD * float(np.median(np.abs(lost[unworn])))
+    single = robust_deviation(lost[unworn])
     level = both & (size <= clear) & (np.abs(lost) <= max(STANDS_OUT * single, clear))
-    unworn = level & ~dilated(changed, 2 * _margin(changed))
+    unworn = level & ~dilated(changed, 2 * margin(changed))
     return MapDifference(surface, unworn, overlap, changed, lost, apart)
-
-
-def _margin(changed: Mask) -> int:
-    return max(2, math.ceil(MARGIN * math.sqrt(np.count_nonzero(changed) / math.pi)))
 
 
 def _without_spikes(found: MapDifference) -> MapDifference:
     """Return the difference with spikes of either map treated as missing."""
-    from scipy.ndimage import median_filter
-
-    level = median_filter(found.lost, SPIKE_WIDTH)
-    off = np.abs(found.lost - level)
-    spread = MAD * float(np.median(off[found.overlap]))
-    spikes = found.overlap & (off > max(NO_NOISE * spread, SPIKE * float(np.max(np.abs(level)))))
-    if not np.any(spikes):
-        return found
-    return _find(found.surface.without(spikes), found.unworn & ~spikes)
+    depth = float(np.max(np.abs(despiked(found.lost))))
+    cells = spikes(found.lost, found.overlap, depth)
+    return _find(found.surface.without(cells), found.unworn & ~cells) if np.any(cells) else found
 
 
 def _different(found: str = "surroundings that differ between the maps before and after the test") -> FitError:

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.base.errors import FitError
 from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, from_edge
-from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness
+from tribopipe.evaluation.measurements.map_roughness import Roughness
+from tribopipe.evaluation.measurements.map_scars import frame
 from tribopipe.evaluation.measurements.profile_levelling import Mask
-from tribopipe.evaluation.measurements.scar_limits import FRAME
 
 _STEPS, _CONVERGED = 20, 1e-3
 """Most steps of a fit; share of what is left within which it has converged."""
@@ -165,7 +165,7 @@ class Placed:
         """Return the matrix that turns deviations of some cells into steps of the parameters."""
         gradients = self._gradients(cells)
         scale = np.linalg.norm(gradients, axis=0)
-        spread = MAD * float(np.median(np.abs(self.left(cells))))
+        spread = robust_deviation(self.left(cells))
         rows = np.vstack([gradients / scale, self._loosely(spread) / scale])
         return np.asarray(np.linalg.pinv(rows)[:, : len(gradients)] / scale[:, None])
 
@@ -205,7 +205,7 @@ class Placed:
 
         Returns the median of what is left, m, the surface and the cells.
         """
-        placed, cells = self, frame(self.comparable())
+        placed, cells = self, _frame(self.comparable())
         for _ in range(_STEPS):
             left = placed.left(cells)
             if not np.any(placed.parameters[_SHIFTS:]):
@@ -214,7 +214,7 @@ class Placed:
             middle = float(np.median(np.abs(left))) + np.finfo(float).tiny
             weights = np.sqrt(middle / np.maximum(np.abs(left), 0.1 * middle))
             placed, change = placed.stepped(cells, left, weights)
-            cells = frame(placed.comparable())
+            cells = _frame(placed.comparable())
             if change <= _CONVERGED * middle:
                 break
         return float(np.median(np.abs(placed.left(cells)))), placed, cells
@@ -236,7 +236,7 @@ class Placed:
         """Return it after one step of a weighted fit to some cells, and the largest change of its height there, m."""
         gradients = self._gradients(cells)
         scale = np.linalg.norm(gradients, axis=0)
-        loose = self._loosely(MAD * float(np.median(np.abs(left))))
+        loose = self._loosely(robust_deviation(left))
         off = np.append(self.parameters[:_SHIFTS] - self.start, np.zeros(len(self.parameters) - _SHIFTS))
         rows = np.vstack([gradients * weights[:, None], loose]) / scale
         steps = np.linalg.lstsq(rows, np.append(left * weights, -loose @ off), rcond=None)[0] / scale
@@ -335,14 +335,13 @@ def _roughness(grid: HeightMap) -> Column:
     if not np.any(seen):
         return np.zeros(filled.shape)
     found -= np.median(found[seen])  # which is the curvature of the form
-    spread = MAD * float(np.median(np.abs(found[seen]))) or 1.0
+    spread = robust_deviation(found[seen]) or 1.0
     return np.where(seen, np.clip(found / spread, -_CLIPPED, _CLIPPED), 0.0)
 
 
-def frame(both: Mask) -> Mask:
+def _frame(both: Mask) -> Mask:
     """Return the cells along the edge of what two maps have in common."""
-    away = from_edge(without_holes(both))
-    return np.asarray(both & (away <= max(1.0, FRAME * float(np.max(away)))))
+    return frame(both, from_edge(without_holes(both)))
 
 
 def without_holes(cells: Mask) -> Mask:

@@ -12,8 +12,6 @@ from tribopipe.base.arrays import Column
 from tribopipe.evaluation.measurements.height_map import HeightMap
 from tribopipe.evaluation.measurements.profile_levelling import Mask
 
-MAD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
 _FEWEST_PAIRS = 0.5
 """Pairs of cells; fewer are rounding."""
 

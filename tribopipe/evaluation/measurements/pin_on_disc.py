@@ -62,7 +62,7 @@ class EndWear:
             disc = _with_value(disc, disc.quantity.value * depth / self.pin_depth.value)
         pin = _with_value(self.pin, self.tip.value(self.pin, depth))
         if pin.name == "pin_wear_volume" and self.pin.quantity.value:
-            spread = self.pin.quantity.standard_uncertainty or 0.0
+            spread = self.pin.quantity.u_or_zero
             pin = _with_uncertainty(pin, spread * pin.quantity.value / self.pin.quantity.value)
         return replace(self, pin=pin, disc=disc)
 
@@ -106,7 +106,7 @@ def end_wear(
     """
     found = _Found.of(run, *measured_at(run, interruption), defaults, SignalDepths(both=approach))
     pins = [EndWear(found.on_unworn_track(pin), None, found.pair.tip) for pin in found.pins]
-    best = min(pins, key=lambda wear: wear.pin_depth.standard_uncertainty or 0.0, default=None)
+    best = min(pins, key=lambda wear: wear.pin_depth.u_or_zero, default=None)
     return None if best is None else replace(best, disc=found.groove)
 
 
@@ -250,7 +250,7 @@ class _Found:
             return pin
         shape = self.taken_with_track(pin).contact()
         along = float(shape.half_width - shape.half_length) / math.sqrt(24)
-        return _with_uncertainty(pin, math.hypot(pin.quantity.standard_uncertainty or 0.0, along))
+        return _with_uncertainty(pin, math.hypot(pin.quantity.u_or_zero, along))
 
     def taken_with_track(self, pin: EndValueUsed) -> WornPair:
         """Return a reading of the pin with the best one of the track."""
@@ -287,11 +287,11 @@ class _Found:
         if depth.value <= 0 or pin.quantity.value <= 0:
             return pin
         pin = replace(pin, on_unworn_track=tip.value(pin, depth.value) / pin.quantity.value)
-        alone = EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0
+        alone = EndWear(pin, None, tip).pin_depth.u_or_zero
         if not alone:
             return pin
-        wider = max(1.0, (depth.standard_uncertainty or 0.0) / alone)
-        return _with_uncertainty(pin, wider * (pin.quantity.standard_uncertainty or 0.0))
+        wider = max(1.0, depth.u_or_zero / alone)
+        return _with_uncertainty(pin, wider * pin.quantity.u_or_zero)
 
 
 def _if_shown(way: BodyWear) -> BodyWear:
@@ -304,7 +304,7 @@ def _if_shown(way: BodyWear) -> BodyWear:
         and way.pair is not None
         and way.pair.pin.name == "pin_scar_diameter"
         and way.depth is not None
-        and way.depth.value < _CLEARLY * (way.depth.standard_uncertainty or 0.0)
+        and way.depth.value < _CLEARLY * way.depth.u_or_zero
     )
     return replace(way, depth=None, volume=None) if open_ else way
 
@@ -323,7 +323,7 @@ def _on_unworn_track(pair: WornPair, pin: EndValueUsed, unseen_groove: float) ->
     lost = combined(volume, given, "m^3")
     end = EndWear(pin, None, tip)
     beside = abs(beside_unseen_groove(end, unseen_groove, by_sensor=False) - 1) if unseen_groove else 0.0
-    spread = math.hypot(lost.standard_uncertainty or 0.0, beside * lost.value)
+    spread = math.hypot(lost.u_or_zero, beside * lost.value)
     return BodyWear(
         pin.name,
         pin.source,
@@ -340,4 +340,4 @@ def _with_uncertainty(used: EndValueUsed, spread: float) -> EndValueUsed:
 
 def _rank(pin: EndValueUsed, tip: PinTip) -> tuple[bool, float]:
     """Return what a reading of the pin is chosen by: the uncertainty of its depth, a width of the scar last."""
-    return pin.name in WIDTHS, EndWear(pin, None, tip).pin_depth.standard_uncertainty or 0.0
+    return pin.name in WIDTHS, EndWear(pin, None, tip).pin_depth.u_or_zero

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.physics.autocorrelation import inflation
@@ -39,8 +39,6 @@ _BESIDE_PILE_UP = 0.5
 """Share of its width with piled-up material that may still belong to it."""
 _DUST_WIDTH, _DUST_NOISE, _DUST_DEPTH = 0.005, 5.0, 0.03
 """Limits for dust: maximum share of points; minimum height over the noise, and over the depth."""
-_MAD = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
 _ROUNDING = 1e-9
 """Share of the profile's height that may be rounding."""
 _MOST_ROUNDS, _MOST_STEPS, _CONVERGED = 60, 30, 1e-12
@@ -266,7 +264,7 @@ def _solved(x: Column, z: Column, unworn: Unworn, shoulders: Mask) -> Unworn:
 
 
 def _within_noise(residuals: Column, beside: Mask, rounding: float) -> Mask:
-    spread = _MAD * float(np.median(np.abs(residuals[beside])))
+    spread = robust_deviation(residuals[beside])
     kept = beside & (np.abs(residuals) <= _STANDS_OUT * spread + rounding)
     return kept if np.count_nonzero(kept) > np.count_nonzero(beside) / 2 else beside
 

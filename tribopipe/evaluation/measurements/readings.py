@@ -49,7 +49,7 @@ def combined(function: Callable[..., float], given: Sequence[Quantity], unit: st
     value = float(function(*best))
     shares: list[float] = []
     for place, one in enumerate(given):
-        spread = one.standard_uncertainty or 0.0
+        spread = one.u_or_zero
         for node, weight in (_NODES if best[place] else _NODES_AT_ZERO) if spread else ():
             moved = ([*best[:place], best[place] + step * spread, *best[place + 1 :]] for step in (-node, node))
             shares += [math.sqrt(weight) * (function(*there) - value) for there in moved]
@@ -153,7 +153,7 @@ def over_places(found: Sequence[Quantity]) -> Quantity:
     u² = q²·s²/n + Σu²/n², with q as of repeated readings; what each is uncertain by is its own noise. Of so many
     that they may be the lines of a map, n counts as many as are independent of each other, in both terms.
     """
-    own = math.hypot(*(one.standard_uncertainty or 0.0 for one in found)) / len(found)
+    own = math.hypot(*(one.u_or_zero for one in found)) / len(found)
     values = [one.value for one in found]
     value, scatter = of_readings(values)
     shared = len(values) / effective_samples(np.asarray(values)) if len(values) >= A_MAP else 1.0

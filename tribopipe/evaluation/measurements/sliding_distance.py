@@ -82,4 +82,4 @@ def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
     if run.origins.get("rotations") == "derived from nominal speed" and speed is not None:
         rolled = stated_or_default(speed, defaults.sliding_speed * speed.value)
     known = (stated_or_default(slip, defaults.slip * abs(slip.value)), rolled)
-    return math.hypot(*((one.standard_uncertainty or 0.0) / one.value for one, _ in known))
+    return math.hypot(*(one.u_or_zero / one.value for one, _ in known))

@@ -115,7 +115,7 @@ def _measured(run: RawRun, defaults: DefaultUncertainty, body: str) -> list[_Los
 
 def _lost(distance: float, whole: Quantity, known: Quantity) -> _Lost:
     """Part the uncertainty of a volume into that of its own measurement and the relative one of what all share."""
-    spread, own = whole.standard_uncertainty or 0.0, known.standard_uncertainty or 0.0
+    spread, own = whole.u_or_zero, known.u_or_zero
     common = math.sqrt(max(0.0, spread**2 - own**2)) / whole.value if whole.value > 0 else 0.0
     return _Lost(distance, whole.value, own, common)
 
@@ -293,7 +293,7 @@ def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
     for name, rate in rates.items():
         overall, steady = rate.specific_wear_rate, rate.steady_rate
         if overall is not None and steady is not None and abs(rate.steady_deviation or 0.0) > CLEARLY:
-            certain = abs(steady.value) > CLEARLY * (steady.standard_uncertainty or 0.0)
+            certain = abs(steady.value) > CLEARLY * steady.u_or_zero
             times = f"{overall.value / steady.value:.2g} times" if certain else "clearly different from"
             about = "" if certain else ", which is zero within its uncertainty"
             yield (

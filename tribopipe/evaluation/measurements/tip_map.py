@@ -15,27 +15,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import show
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.measurements.height_map import HeightMap, bridged, dilated, from_edge, height_map
-from tribopipe.evaluation.measurements.map_roughness import MAD, Roughness, by_sampling, through_fit
-from tribopipe.evaluation.measurements.profile_levelling import Mask
-from tribopipe.evaluation.measurements.scar_limits import (
+from tribopipe.evaluation.measurements.map_roughness import Roughness, by_sampling, through_fit
+from tribopipe.evaluation.measurements.map_scars import (
     EDGE,
     FEWEST_ACROSS,
     FEWEST_UNWORN,
-    FRAME,
     IN_FORM,
-    MARGIN,
     MOST_MISSING,
     NO_NOISE,
     SMOOTHED,
-    SPIKE,
-    SPIKE_WIDTH,
     STANDS_OUT,
+    despiked,
+    frame,
+    margin,
+    spikes,
 )
+from tribopipe.evaluation.measurements.profile_levelling import Mask
 from tribopipe.physics.geometry import cap_height
 from tribopipe.results.run import Profile
 
@@ -165,14 +165,12 @@ class _Scar:
     @property
     def margin(self) -> int:
         """Cells by which the scar is taken wider than it is seen to be."""
-        return max(2, math.ceil(MARGIN * math.sqrt(np.count_nonzero(self.worn) / math.pi)))
+        return margin(self.worn)
 
     @property
     def depth(self) -> float:
         """Greatest depth, m, of what is wider than a spike."""
-        from scipy.ndimage import median_filter
-
-        return float(np.max(median_filter(self.lost, SPIKE_WIDTH)[self.worn]))
+        return float(np.max(despiked(self.lost)[self.worn]))
 
     def widened(self, cells: int) -> Mask:
         """Return the scar with so many cells around it, but no pile-up."""
@@ -186,9 +184,8 @@ class _Scar:
 
 def _at_first(grid: HeightMap, radius: float) -> tuple[_Sphere, Mask]:
     """Return the sphere along the edge of the map, and the cells there."""
-    away = from_edge(grid.inside())
-    frame = grid.measured & (away <= max(1.0, FRAME * float(np.max(away))))
-    return _robust(grid, frame, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height)))), frame
+    cells = frame(grid.measured, from_edge(grid.inside()))
+    return _robust(grid, cells, _Sphere(radius, 0.0, 0.0, float(np.nanmax(grid.height)))), cells
 
 
 def _find(grid: HeightMap, sphere: _Sphere, unworn: Mask) -> _Scar:
@@ -245,7 +242,7 @@ def _seen(grid: HeightMap, inside: Mask, sphere: _Sphere, unworn: Mask) -> _Scar
     lost, apart = bridged(sphere.height(grid) - grid.height)
     lost = np.where(inside & np.isfinite(lost), lost, 0.0)
     smooth = uniform_filter(lost, SMOOTHED)
-    noise = MAD * float(np.median(np.abs(smooth[unworn])))
+    noise = robust_deviation(smooth[unworn])
     deepest = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
     depth = float(smooth[deepest])
     if depth <= NO_NOISE * noise:
@@ -255,7 +252,7 @@ def _seen(grid: HeightMap, inside: Mask, sphere: _Sphere, unworn: Mask) -> _Scar
         )
     parts, _ = label(smooth > max(EDGE * noise, IN_FORM / 4 * depth))
     worn = parts == parts[deepest]
-    single = MAD * float(np.median(np.abs(lost[unworn])))
+    single = robust_deviation(lost[unworn])
     clear = max(STANDS_OUT * noise, IN_FORM * depth)
     scar = _Scar(grid, sphere, unworn, worn, smooth < -clear, lost, apart)
     level = grid.measured & (np.abs(smooth) <= clear) & (np.abs(lost) <= max(STANDS_OUT * single, clear))
@@ -271,16 +268,11 @@ def _at_the_edge() -> FitError:
 
 def _without_spikes(scar: _Scar) -> _Scar:
     """Return the scar with spikes treated as missing."""
-    from scipy.ndimage import median_filter
-
-    grid = scar.grid
-    off = np.abs(scar.lost - median_filter(scar.lost, SPIKE_WIDTH))
-    spread = MAD * float(np.median(off[grid.measured]))
-    spikes = grid.measured & (off > max(NO_NOISE * spread, SPIKE * scar.depth))
-    if not np.any(spikes):
+    found = spikes(scar.lost, scar.grid.measured, scar.depth)
+    if not np.any(found):
         return scar
-    grid = replace(grid, height=np.where(spikes, np.nan, grid.height))
-    return _find(grid, scar.sphere, scar.unworn & ~spikes)
+    grid = replace(scar.grid, height=np.where(found, np.nan, scar.grid.height))
+    return _find(grid, scar.sphere, scar.unworn & ~found)
 
 
 def _refuse_coarse(scar: _Scar) -> None:
@@ -338,7 +330,7 @@ def _integrated(scar: _Scar, radius: Quantity) -> MapVolume:
 
 def radii_differ(stated: Quantity, seen: Quantity) -> bool:
     """Return whether the radius of the unworn surface, m, contradicts the stated one."""
-    spread = math.hypot(stated.standard_uncertainty or 0.0, seen.standard_uncertainty or 0.0)
+    spread = math.hypot(stated.u_or_zero, seen.u_or_zero)
     return abs(seen.value - stated.value) > _CLEAR * spread
 
 
@@ -347,7 +339,7 @@ def _share_of_stated(stated: Quantity, seen: Quantity) -> float:
 
     Raises ``FitError`` where they have nothing to do with each other.
     """
-    off, spreads = seen.value - stated.value, (stated.standard_uncertainty or 0.0, seen.standard_uncertainty or 0.0)
+    off, spreads = seen.value - stated.value, (stated.u_or_zero, seen.u_or_zero)
     if abs(off) > max(_WRONG * stated.value, _CLEAR * spreads[1]):
         raise FitError(
             f"map: found a sphere of radius {seen.shown('mm')} around the scar; expected the radius of the tip, "

@@ -97,7 +97,7 @@ class Level:
 
 
 def worn_area(profile: Profile, crown_radius: float | None) -> Track:
-    """Return the track that wear has left across a surface of this radius, m; None for a flat one.
+    """Return the wear track across a surface with this crown radius, m; a radius of None stands for a flat surface.
 
     The radius is that of a disc's crown across the track, or of a ball, of which the track is the flat worn on it: its
     width is the diameter of the scar, if the profile leads through its middle.
@@ -108,9 +108,8 @@ def worn_area(profile: Profile, crown_radius: float | None) -> Track:
 
     The standard uncertainty is the shoulders' noise, in as many independent samples as it holds, in the fit of the
     unworn surface and in the track itself, by first-order propagation, and what lies between the bounds and where the
-    walls lead
-    to. That of the crown radius is not in it. It is too small where the shoulders hold fewer than some 20 independent
-    samples.
+    walls lead to. That of the crown radius is not in it. It is too small where the shoulders hold fewer than some 20
+    independent samples.
 
     Wide gaps between heights are filled by a smooth continuation of both sides. What a straight line across them would
     leave out is uncertain.
@@ -174,7 +173,7 @@ def gap_found(share: float) -> str:
 
 def _off(one: Quantity, other: Quantity, *more: float) -> Quantity:
     """Return a quantity with its difference from another, and more, as parts of its standard uncertainty."""
-    spread = math.hypot(one.standard_uncertainty or 0.0, one.value - other.value, *more)
+    spread = math.hypot(one.u_or_zero, one.value - other.value, *more)
     return one.model_copy(update={"standard_uncertainty": spread})
 
 
@@ -245,7 +244,7 @@ def _measured(x: Column, z: Column, fit: Fit, worn: Worn, place: _Place) -> Trac
     bounds = left.position.value, right.position.value
     ends = [_between(x, lost, left.halfway, x[track][0]), _between(x, lost, right.halfway, x[track][-1])]
     area = _weighed(x, lost, fit, weights, "m^2", *ends)
-    if area.value <= _CERTAIN * (area.standard_uncertainty or 0.0):
+    if area.value <= _CERTAIN * area.u_or_zero:
         raise no_track(f"a cross-sectional area of {area.shown('um^2')} below the unworn surface")
     beside = _Weights.over(x, worn.left, worn.right).times(-1.0)
     tails = [_tail(x, lost, fit, side, outwards) for side, outwards in ((worn.left, -1), (worn.right, 1))]

@@ -104,9 +104,9 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     area, off = over_places([track.area for track in found]), 0.0
     if crown is not None:
         known, _ = stated_or_default(crown, defaults.crown_radius * crown.value)
-        off = sum(track.area_per_crown_radius for track in found) / len(found) * (known.standard_uncertainty or 0.0)
+        off = sum(track.area_per_crown_radius for track in found) / len(found) * known.u_or_zero
     around = 2 * math.pi * body.rolling_radius.value
-    spread = around * math.hypot(area.standard_uncertainty or 0.0, off)
+    spread = around * math.hypot(area.u_or_zero, off)
     return EndValue(value=around * area.value, unit="m^3", standard_uncertainty=spread, method="profile")
 
 
@@ -145,7 +145,7 @@ def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     A disc on which nothing was measured counts as unworn, but for the crowned one.
     """
     found = [one for one in disc_totals(run, recipe) if re.match("curved_disc|.*track_width", one.names[0])]
-    return min(found, key=lambda wear: wear.total.standard_uncertainty or 0.0, default=None)
+    return min(found, key=lambda wear: wear.total.u_or_zero, default=None)
 
 
 def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
@@ -174,9 +174,7 @@ def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) 
     }
     scales = [1 / around[one.disc] if one.what == "wear_volume" else 1.0 for one in measured]
     value = sum(one.quantity.value * scale for one, scale in zip(measured, scales, strict=True))
-    spread = math.hypot(
-        *((one.quantity.standard_uncertainty or 0.0) * scale for one, scale in zip(measured, scales, strict=True))
-    )
+    spread = math.hypot(*(one.quantity.u_or_zero * scale for one, scale in zip(measured, scales, strict=True)))
     turned = {"wear_depth": lambda x: x, "wear_volume": discs.depth_of_area, "track_width": discs.depth_of_width}[
         measured[0].what
     ]

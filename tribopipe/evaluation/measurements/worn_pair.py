@@ -185,7 +185,7 @@ def _with_shape(found: Quantity, what: Wear, *pairs: WornPair) -> Quantity:
     if what != "disc_volume":
         return found
     shaped = [_SHAPE * pair._value(what, _best(pair, what)) for pair in pairs if pair.disc.name not in (AREA, *VOLUMES)]  # noqa: SLF001
-    spread = math.hypot(found.standard_uncertainty or 0.0, *shaped)
+    spread = math.hypot(found.u_or_zero, *shaped)
     return found.model_copy(update={"standard_uncertainty": spread})
 
 
@@ -380,7 +380,7 @@ def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWe
 
     def rank(way: BodyWear) -> tuple[bool, float]:
         found = getattr(way, what)
-        spread = found.standard_uncertainty or 0.0
+        spread = found.u_or_zero
         return what in way.assumed, spread / abs(found.value) if found.value else math.inf
 
     return min((way for way in ways if getattr(way, what) is not None), key=rank, default=None)
@@ -415,7 +415,7 @@ def contradictions(worn: WornBodies) -> Iterator[Contradiction]:
             if wear == "pin_volume" and None not in (one.depth, other.depth):
                 continue
             gap = _gap(one, other, what, wear)
-            spread = gap.standard_uncertainty or 0.0
+            spread = gap.u_or_zero
             least = _ROUNDING * abs(getattr(one, what).value)
             if abs(gap.value) > max(_TOO_FAR * spread, least):
                 yield Contradiction(body, what, one, other, abs(gap.value) / spread if spread else math.inf)
@@ -425,5 +425,5 @@ def _gap(one: BodyWear, other: BodyWear, what: Literal["depth", "volume"], wear:
     if one.pair is not None and other.pair is not None:
         return difference(one.pair, other.pair, wear)
     first, second = getattr(one, what), getattr(other, what)
-    spread = math.hypot(first.standard_uncertainty or 0.0, second.standard_uncertainty or 0.0)
+    spread = math.hypot(first.u_or_zero, second.u_or_zero)
     return Quantity(value=first.value - second.value, unit=first.unit, standard_uncertainty=spread)

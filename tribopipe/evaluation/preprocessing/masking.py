@@ -7,12 +7,10 @@ a load to speak of are a quotient of two noises, without information on friction
 
 import numpy as np
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import MAD_TO_DEVIATION, Column, robust_deviation
 from tribopipe.documents.preprocessing import Despike, Mask, SignalLimits, UnloadedFriction
 from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
-
-_TO_DEVIATION = 1.4826
 
 
 def mask_spikes(bench: Bench, step: Despike) -> None:
@@ -34,10 +32,10 @@ def spikes(values: Column, window: int, threshold: float) -> Selection:
     if len(known) <= window:
         return found
     off = np.abs(known - median_filter(known, size=window, mode="reflect"))
-    local = _TO_DEVIATION * median_filter(off, size=window, mode="reflect")
+    local = MAD_TO_DEVIATION * median_filter(off, size=window, mode="reflect")
     steps = np.abs(np.diff(known))
     finest = float(np.min(steps[steps > 0], initial=np.inf))
-    least = max(_TO_DEVIATION * float(np.median(off)), finest if np.isfinite(finest) else 0.0)
+    least = max(robust_deviation(off), finest if np.isfinite(finest) else 0.0)
     found[seen] = off > threshold * np.maximum(local, least)
     return found
 

@@ -100,7 +100,7 @@ def average_strokes(bench: Bench, step: StrokeWiseFriction) -> None:
 
 
 def whole_strokes(signed: Column, *, any_offset: bool = False) -> list[Stroke]:
-    """Return the strokes that are whole; None if friction does not change its sign regularly, offset or not."""
+    """Return the whole strokes; an empty list if friction does not change its sign regularly, offset or not."""
     found = list(_strokes(signed, any_offset=any_offset))
     if len(found) < _FEWEST_STROKES:
         return []

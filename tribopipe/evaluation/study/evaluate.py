@@ -123,13 +123,14 @@ class _Law:
         self.shapes = {run.member.id: Shape(run) for run in map(_recorded, every) if run is not None}
         self.curves: list[StudyCurve] = []
         self._combined: list[Combination] = []
-        self._first: list[tuple[Generator, dict[str, Column], list[Draws], Column]] = []
+        self._first: tuple[Generator, dict[str, Column], list[Draws], Column]
+        """From the first draws: shared errors, draws of each run, and k_D of a further run."""
 
     def result(self) -> LawResult:
         """Identify k_D of each body, and hold the law against every run."""
         how = self.recipe.monte_carlo
         found = propagate_together(self._draw, digits=max(1, how.significant_digits), seed=how.seed)
-        rng, shared, fitted, following = self._first[0]
+        rng, shared, fitted, following = self._first
         best = self._best()
         predicted = [run.draw(rng, len(following), shared) for run in self.predicted]
         judged = [self._judge(one, "fitted", best, following) for one in fitted]
@@ -177,14 +178,15 @@ class _Law:
         shared = {name: rng.standard_normal(count) for name in dict.fromkeys((*names, *law_named(self.law).inputs()))}
         drawn = [run.draw(rng, count, shared) for run in self.fitted]
         solved = np.stack([one.coefficients for one in drawn], axis=1)
-        if not self._combined:
+        is_first = not self._combined
+        if is_first:
             self._combined = self._combine(solved[np.all(np.isfinite(solved), axis=(1, 2))])
         both = [one.draw(solved[:, :, place], rng) for place, one in enumerate(self._combined)]
         mean, following = (np.stack([pair[which] for pair in both], axis=-1) for which in (0, 1))
-        if not self._first:
+        if is_first:
             accepted = np.all(np.isfinite(mean), axis=1)
             kept = {name: errors[accepted] for name, errors in shared.items()}
-            self._first.append((rng, kept, [one.kept(accepted) for one in drawn], following[accepted]))
+            self._first = rng, kept, [one.kept(accepted) for one in drawn], following[accepted]
         return mean
 
     def _combine(self, solved: Column) -> list[Combination]:

@@ -92,7 +92,7 @@ def _known(run: StudiedRun, place: int, lines: Collection[Contribution]) -> Quan
 
 def _above_zero(coefficient: Quantity) -> bool:
     """Return whether its 95 % interval is; otherwise nothing is meant by an interval relative to it."""
-    return coefficient.value > COVERAGE_FACTOR * (coefficient.standard_uncertainty or 0.0)
+    return coefficient.value > COVERAGE_FACTOR * coefficient.u_or_zero
 
 
 def half_width(lines: Collection[Contribution]) -> float:

@@ -11,14 +11,13 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement
-from tribopipe.evaluation.study.member import Member, at_rotations
+from tribopipe.evaluation.study.member import BodyDraws, Member, at_rotations
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
     CURVE_PLACES,
@@ -107,19 +106,8 @@ def _rank(one: DiscMeasurement) -> tuple[float, int]:
     return one.rotations, best_last.index(one.what)
 
 
-@dataclass(frozen=True)
-class MeasuredDraws:
-    """A run's inputs, what was measured among them, and its own k_D in each draw."""
-
-    run: MeasuredRun
-    values: dict[str, Column]
-    coefficients: Column
-    """m²/N, (draws, 2); NaN where a draw has no solution."""
-
-    def kept(self, accepted: NDArray[np.bool_]) -> "MeasuredDraws":
-        """Return the draws that were accepted."""
-        values = {name: column[accepted] for name, column in self.values.items()}
-        return MeasuredDraws(self.run, values, self.coefficients[accepted])
+class MeasuredDraws(BodyDraws[MeasuredRun]):
+    """What is drawn of a run, what was measured on its bodies among the values."""
 
 
 def posed_measurements(member: Member, law: LawName, recipe: Recipe) -> MeasuredRun:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.random import Generator
@@ -81,7 +81,7 @@ def at_length(problem: WearProblem, coefficient: float, length: float) -> WearPr
 
 def _better(reading: Quantity, length: float) -> Quantity:
     """Return a reading that is the mean of ``length`` times as many samples."""
-    return reading.model_copy(update={"standard_uncertainty": (reading.standard_uncertainty or 0.0) / length**0.5})
+    return reading.model_copy(update={"standard_uncertainty": reading.u_or_zero / length**0.5})
 
 
 def at_rotations(problem: MeasurementProblem, found: Column, length: float) -> MeasurementProblem:
@@ -329,3 +329,22 @@ class RunDraws:
     def predicted(self, coefficient: Column) -> Column:
         """Return the law's wear, m, with a k_D for each draw: draws by places."""
         return self.run.problem.depth(coefficient[:, None], self.values, self.run.places)
+
+
+Run = TypeVar("Run")
+
+
+@dataclass(frozen=True)
+class BodyDraws(Generic[Run]):
+    """Inputs of a run without a depth signal, and its own k_D of each body in each draw."""
+
+    run: Run
+    values: dict[str, Column]
+    """Columns of shape (draws, 1)."""
+    coefficients: Column
+    """m²/N, (draws, bodies); NaN where a draw has no solution."""
+
+    def kept(self, accepted: NDArray[np.bool_]) -> Self:
+        """Return the draws that were accepted."""
+        values = {name: column[accepted] for name, column in self.values.items()}
+        return replace(self, values=values, coefficients=self.coefficients[accepted])

@@ -73,7 +73,7 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
         drawn = solve_draws(posed, values, some.noise)
         found[engine] = wear_coefficient(posed.coefficient(), float(np.nanstd(drawn)))
     giwm, local = found["giwm"], found["local"]
-    uncertain = max(giwm.standard_uncertainty or 0.0, local.standard_uncertainty or 0.0)
+    uncertain = max(giwm.u_or_zero, local.u_or_zero)
     # A doubt that is no input is one that the shape of the reading has removed, or too small to be any.
     doubtful = problem.engine == "local" or PRESSURE in problem.inputs
     trusted: WearEngine | None = "local" if doubtful and abs(local.value - giwm.value) > uncertain else None

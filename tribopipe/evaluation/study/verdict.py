@@ -286,7 +286,7 @@ def _alone(verdict: RunVerdict) -> str:
 
 
 def _left_over(body: BodyVerdict) -> str:
-    trend, spread = body.trend, body.measured.standard_uncertainty or 0.0
+    trend, spread = body.trend, body.measured.u_or_zero
     if trend is None or trend.p_value > _SURE or trend.amplitude.value < _SMALL * spread:
         return ""
     return f"; the residuals have a trend of {trend.amplitude.shown('um')} that the law does not explain"

@@ -12,7 +12,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
@@ -25,7 +24,7 @@ from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
 from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions, without_unseen_groove
 from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
-from tribopipe.evaluation.study.member import Member
+from tribopipe.evaluation.study.member import BodyDraws, Member
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
     CURVE_PLACES,
@@ -137,20 +136,8 @@ class VolumeRun:
         return VolumeDraws(self, values, problem.coefficients(values))
 
 
-@dataclass(frozen=True)
-class VolumeDraws:
-    """A run's inputs, volumes among them, and its own k_D in each draw."""
-
-    run: VolumeRun
-    values: dict[str, Column]
-    """Columns of shape (draws, 1)."""
-    coefficients: Column
-    """m²/N, (draws, bodies)."""
-
-    def kept(self, accepted: NDArray[np.bool_]) -> "VolumeDraws":
-        """Return the draws that were accepted."""
-        values = {name: column[accepted] for name, column in self.values.items()}
-        return VolumeDraws(self.run, values, self.coefficients[accepted])
+class VolumeDraws(BodyDraws[VolumeRun]):
+    """What is drawn of a run, volumes among the values."""
 
 
 def posed_volumes(member: Member, law: LawName, recipe: Recipe) -> VolumeRun | None:
@@ -224,8 +211,7 @@ def _gain(way: BodyWear) -> float:
         return 0.0
     reading = next(one.quantity for one in (way.pair.pin, way.pair.disc) if one.name == way.name)
     of_reading, of_volume = (
-        abs((one.standard_uncertainty or 0.0) * rest.value)
-        for one, rest in ((reading, way.volume), (way.volume, reading))
+        abs(one.u_or_zero * rest.value) for one, rest in ((reading, way.volume), (way.volume, reading))
     )
     return min(1.0, of_reading / of_volume) if of_volume else 0.0
 

@@ -61,7 +61,7 @@ def _place(scenario: Scenario, depth: str, thickness: Quantity, end: float, of: 
     place = float(brentq(excess, 0.0, end, xtol=1e-9 * end))
     rate = (excess(place * (1 + _STEP)) - excess(place * (1 - _STEP))) / (2 * _STEP * place)
     spread = float(scenario.uncertainties(np.asarray([place]), of)[depth][0])
-    spread = math.hypot(spread, thickness.standard_uncertainty or 0.0) / rate
+    spread = math.hypot(spread, thickness.u_or_zero) / rate
     return Quantity(value=place, unit=KINDS[scenario.contact.progress.kind].si, standard_uncertainty=spread)
 
 

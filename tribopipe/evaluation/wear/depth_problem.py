@@ -27,7 +27,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION, DepthRecord, depth_record, pin_reading
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, interruption_anchor, joint_problem
 from tribopipe.evaluation.wear.inputs import draw_values
-from tribopipe.evaluation.wear.problem import PRESSURE, Tangent, WearProblem
+from tribopipe.evaluation.wear.problem import PRESSURE, Tangent, WearProblem, posed_as
 from tribopipe.physics.depth_model.block_averages import DepthSamples
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, depth_posterior
 from tribopipe.physics.laws import LawParameter
@@ -165,7 +165,7 @@ class DepthProblem(WearProblem):
 
     @property
     def _measured_spread(self) -> float:
-        return max(self.end.pin_depth.standard_uncertainty or 0.0, 1e-15)
+        return max(self.end.pin_depth.u_or_zero, 1e-15)
 
     @cached_property
     def basis(self) -> Basis:
@@ -228,7 +228,7 @@ class DepthProblem(WearProblem):
         return {name: (float(np.mean(drawn)), float(np.std(drawn))) for name, drawn in found.items()}
 
     def _by_reading(self, values: Values, scores: Column) -> Column:
-        stretched = _flat(values["depth_scale"]) / self.values["depth_scale"]
+        stretched = _draws(values["depth_scale"]) / self.values["depth_scale"]
         drawn = self.posterior.end_depths(_probability(scores), np.ones(len(scores)), measured=False)
         return self._stretched(drawn, stretched)
 
@@ -258,7 +258,7 @@ class DepthProblem(WearProblem):
         """Return the depth that the measurement means, m; none below zero."""
         if not self.measured_after:
             return np.full(_COMPARED, np.nan)
-        return np.maximum(_flat(self.end_depth(values)), 0.0)
+        return np.maximum(_draws(self.end_depth(values)), 0.0)
 
     def _coefficients(self, depth: Column, values: Values) -> Column:
         """Return k_D, m²/N, for depths at the end, m, and as many values of the inputs."""
@@ -302,7 +302,7 @@ class DepthProblem(WearProblem):
             return self._by_measurement(values)
         if self.basis == "reading":
             return self._by_reading(values, scores)
-        stretched = _flat(values["depth_scale"]) / self.values["depth_scale"]
+        stretched = _draws(values["depth_scale"]) / self.values["depth_scale"]
         coupled = self._coupled(values, scores)
         return np.asarray(
             stretched * self.posterior.end_depths(_probability(coupled), self._factor(values) / stretched)
@@ -320,7 +320,7 @@ class DepthProblem(WearProblem):
             return scores
         deviation = self._together[1]
         share = min(1.0, (deviation**2 + self.posterior.shared_variance) / (2 * deviation * self._measured_spread))
-        error = (_flat(values[END_ANCHOR]) - self.values[END_ANCHOR]) / spread
+        error = (_draws(values[END_ANCHOR]) - self.values[END_ANCHOR]) / spread
         return np.asarray(share * error + math.sqrt(1 - share**2) * scores)
 
     def _factor(self, values: Values) -> Column:
@@ -328,7 +328,7 @@ class DepthProblem(WearProblem):
         measured, best = self.end.pin.quantity.value, self.end.pin_depth.value
         if not best > 0:
             return np.ones(np.size(values["pin_radius"]))
-        return np.asarray(_flat(self.end.pin_depth_of(measured, values["pin_radius"])) / best)
+        return np.asarray(_draws(self.end.pin_depth_of(measured, values["pin_radius"])) / best)
 
     def _drawn_parameters(self, depth: Column, noise: Column) -> dict[str, Column]:
         """Return draws of the law's own parameters that belong to depths at the end."""
@@ -358,7 +358,7 @@ class DepthProblem(WearProblem):
         depth, drawn = self._drawn(values, self.draw_scores(rng, _COMPARED))
         coefficients = self._coefficients(depth, {**values, **drawn})
         worn = coefficients > 0
-        rows = np.stack([coefficients, *(np.broadcast_to(_flat(one), worn.shape) for one in drawn.values())])[:, worn]
+        rows = np.stack([coefficients, *(np.broadcast_to(_draws(one), worn.shape) for one in drawn.values())])[:, worn]
         return np.cov(np.vstack([np.log(rows[:1]), rows[1:]]))
 
     def draw_scores(self, rng: Generator, count: int) -> Column:
@@ -478,8 +478,8 @@ class DepthProblem(WearProblem):
         return math.sqrt(max(0.0, whole**2 - measured**2))
 
 
-def _flat(values: Numbers) -> Column:
-    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against samples."""
+def _draws(values: Numbers) -> Column:
+    """Return one value per draw, (draws,), of a column of draws, (draws, 1); of a single value, one draw."""
     column = np.asarray(values, dtype=float)
     return column[:, 0] if column.ndim > 1 else np.atleast_1d(column)
 
@@ -504,20 +504,15 @@ def depth_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
     measured_after = corrected.correction.anchor is not None
     # Where nothing was measured, what the reading itself says stands for the end; it is no input.
     inputs = {name: known for name, known in joint.inputs.items() if measured_after or name != END_ANCHOR}
-    posed = DepthProblem(
-        contact=problem.contact,
+    posed = posed_as(
+        problem,
+        DepthProblem,
         law=joint.law,
         distance=mean(np.sqrt(samples.progress)) ** 2,
-        trace=problem.trace,
-        end=problem.end,
-        friction=problem.friction,
         inputs=inputs,
-        engine=problem.engine,
-        friction_covariance=problem.friction_covariance,
-        load=problem.load,
         weights=samples.blocks.counts,
-        noise=problem.noise,
         tangent=joint.tangent,
+        missed=DepthProblem.missed,  # in a fit in two steps, this is a length
         record=record,
         run=run,
         recipe=recipe,

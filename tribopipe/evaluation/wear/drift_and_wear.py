@@ -23,7 +23,7 @@ from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import remountings
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
-from tribopipe.evaluation.wear.problem import NODES, WearProblem
+from tribopipe.evaluation.wear.problem import NODES, WearProblem, posed_as
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.run import CorrectedRun
 
@@ -107,7 +107,7 @@ class JointProblem(WearProblem):
     @cached_property
     def root_weights(self) -> Column:
         """Inverse standard deviation of each row, 1/m."""
-        spreads = [anchor.wear.pin_depth.standard_uncertainty or 0.0 for anchor in self.anchors]
+        spreads = [anchor.wear.pin_depth.u_or_zero for anchor in self.anchors]
         deviations = [*np.sqrt(self.noise / self.weights), *np.maximum(spreads, _LEAST_SPREAD)]
         return 1 / np.asarray(deviations)
 
@@ -170,19 +170,11 @@ def joint_problem(problem: WearProblem, corrected: CorrectedRun, recipe: Recipe)
         if wear is not None:
             anchors.append(Anchor(interruption_anchor(number), stop.place, wear))
             inputs[anchors[-1].name] = Input(wear.pin.quantity, wear.pin.source)
-    joint = JointProblem(
-        contact=problem.contact,
-        law=problem.law,
-        distance=problem.distance,
-        trace=problem.trace,
-        end=problem.end,
-        friction=problem.friction,
+    joint = posed_as(
+        problem,
+        JointProblem,
         inputs=inputs,
-        engine=problem.engine,
-        friction_covariance=problem.friction_covariance,
-        load=problem.load,
         weights=np.ones(len(problem.distance)),
-        noise=problem.noise,
         anchors=tuple(anchors),
         segments=remountings(manifest, problem.distance),
     ).reduced()

@@ -193,7 +193,7 @@ def _priors(problem: DepthProblem) -> dict[Prior, tuple[str, str, str]]:
 
 def _two_step_differs(problem: DepthProblem, two_step: Quantity) -> Iterator[Finding]:
     found = problem.coefficient()
-    spread = problem.random_uncertainty(found) * found + (two_step.standard_uncertainty or 0.0)
+    spread = problem.random_uncertainty(found) * found + two_step.u_or_zero
     if abs(two_step.value - found) > MOST_DEVIATION * spread:
         yield _finding(
             "two_step_differs",
@@ -271,7 +271,7 @@ def unseen_groove(run: RawRun, relative: float, recipe: Recipe) -> Finding:
     """
     for way in track_wear(run, recipe.uncertainty):
         lost = way.volume
-        if way.hides_groove and lost is not None and lost.value > _WORN * (lost.standard_uncertainty or 0.0):
+        if way.hides_groove and lost is not None and lost.value > _WORN * lost.u_or_zero:
             return _track_length_unknown(way.name, lost, relative, recipe)
     contact = run.manifest.sliding_pin
     alike = contact.pin.material == contact.counterbody.material

@@ -26,6 +26,9 @@ from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, Inputs, input_label, relative_input, shown_unit
 from tribopipe.results.run import RawRun
 
+FrictionCovariance = tuple[tuple[float, ...], ...] | None
+"""Covariance of A, b and c, which are far from independent; None if friction is not from Eq. 7."""
+
 
 def given_parameters(law: WearLaw, recipe: Recipe) -> dict[str, Quantity]:
     """Return the parameters that a recipe gives of a law. Raises ``FitError`` where it cannot have them."""
@@ -160,7 +163,7 @@ class LawFriction(NamedTuple):
     path: FrictionPath | None = None
     inputs: Mapping[str, Input] = MappingProxyType({})
     """A, b and c, where the path is Eq. 7 as fitted."""
-    covariance: tuple[tuple[float, ...], ...] | None = None
+    covariance: FrictionCovariance = None
     """Covariance of (A, b, c) at a given load; ``friction_along`` adds the effect of the load on A and b."""
 
 
@@ -192,7 +195,7 @@ def friction_along(path: FrictionPath | None, values: Values, best: Values) -> F
 
 def draw_values(
     inputs: Inputs,
-    friction_covariance: tuple[tuple[float, ...], ...] | None,
+    friction_covariance: FrictionCovariance,
     rng: Generator,
     count: int,
     shared: Mapping[str, Column] | None = None,
@@ -228,6 +231,12 @@ def _draw_friction(inputs: Inputs, covariance: Column, rng: Generator, count: in
     drawn = rng.multivariate_normal(centre, covariance * np.outer(scale, scale), count, method="eigh")
     drawn[:, 2] = running_in * np.exp(np.clip(drawn[:, 2], -5.0, 5.0))
     return {name: drawn[:, [place]] for place, name in enumerate(FRICTION_INPUTS)}
+
+
+def per_draw(values: Numbers) -> Column:
+    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against samples; one value stays one."""
+    column = np.asarray(values, dtype=float)
+    return column[..., 0] if column.ndim else column
 
 
 def default_notes(inputs: Inputs) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
 from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.findings import unseen_groove
 from tribopipe.evaluation.wear.inputs import (
+    FrictionCovariance,
     distance_scale,
     draw_values,
     friction_along,
@@ -220,7 +221,7 @@ class VolumeFit:
     bodies: tuple[str, ...]
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
-    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    friction_covariance: FrictionCovariance = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
     load: LoadCourse | None = None
     """Load along the test; None where it counts as constant."""

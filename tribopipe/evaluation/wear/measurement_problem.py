@@ -25,12 +25,14 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
 from tribopipe.evaluation.wear.inputs import (
+    FrictionCovariance,
     contact_inputs,
     draw_values,
     friction_along,
     law_as_given,
     law_friction,
     law_inputs,
+    per_draw,
 )
 from tribopipe.evaluation.wear.scenario import effective_progress
 from tribopipe.physics.friction_path import FrictionPath
@@ -162,7 +164,7 @@ class MeasurementProblem:
     measurements: tuple[DiscMeasurement, ...]
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
-    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    friction_covariance: FrictionCovariance = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
     load: LoadCourse | None = None
     """Load along the test; None where it counts as constant."""
@@ -209,7 +211,7 @@ class MeasurementProblem:
 
     def rows(self, values: Values) -> Column:
         """Return what was measured, SI: one value a row, or draws by rows."""
-        return np.stack([_flat(values[one.name]) for one in self.measurements], axis=-1)
+        return np.stack([per_draw(values[one.name]) for one in self.measurements], axis=-1)
 
     def modelled(self, coefficients: Column, values: Values) -> Column:
         """Return each row as the law gives it, SI."""
@@ -266,7 +268,7 @@ class MeasurementProblem:
 
     def _noticed(self, one: DiscMeasurement) -> Noticed:
         """Return what was measured, or what would have been noticed."""
-        value = max(one.quantity.value, one.quantity.standard_uncertainty or 0.0, self.wearing.least[one.what])
+        value = max(one.quantity.value, one.quantity.u_or_zero, self.wearing.least[one.what])
         return Noticed(one.what, value, float(self.effective(self.values, np.asarray(one.rotations))))
 
     def coefficients(self) -> Column:
@@ -343,12 +345,6 @@ class MeasurementProblem:
         draws = ExplicitDraws(wearing, self._placed, self.root_weights, free, values, measured, progress)
         logarithms = np.log(np.concatenate([np.where(first > 0, first, 1.0), growth]))
         return self._coefficients(draws.solved(logarithms, _DRAWN))
-
-
-def _flat(values: object) -> Column:
-    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against rotations."""
-    column = np.asarray(values, dtype=float)
-    return column[..., 0] if column.ndim else column
 
 
 def measurement_problem(

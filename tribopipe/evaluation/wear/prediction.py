@@ -212,7 +212,7 @@ def _reached(scenario: Scenario, depth: float) -> PredictedPoint:
     at = np.asarray([place])
     (point,) = scenario.points(at, scenario.worn(at))
     worn, exact = point.bodies[first], Quantity(value=depth, unit="m")
-    spread = (worn.wear_depth.standard_uncertainty or 0.0) / float(scenario.rate(at)[0])
+    spread = worn.wear_depth.u_or_zero / float(scenario.rate(at)[0])
     progress = scenario.contact.progress
     there: Quantity = getattr(point, progress.signal)
     return point.model_copy(

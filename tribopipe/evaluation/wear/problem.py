@@ -8,9 +8,9 @@ all rows.
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.random import Generator
@@ -31,6 +31,7 @@ from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepth
 from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
+    FrictionCovariance,
     contact_inputs,
     distance_scale,
     friction_along,
@@ -38,6 +39,7 @@ from tribopipe.evaluation.wear.inputs import (
     instrument_inputs,
     law_friction,
     law_inputs,
+    per_draw,
 )
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.calculation_methods import WearEngine
@@ -99,7 +101,7 @@ class WearProblem:
     friction: FrictionPath | None
     inputs: Mapping[str, Input]
     engine: WearEngine = "giwm"
-    friction_covariance: tuple[tuple[float, ...], ...] | None = None
+    friction_covariance: FrictionCovariance = None
     """Covariance of (A, b, c), if friction is from Eq. 7."""
     load: LoadCourse | None = None
     """Load along the test; None where it counts as constant."""
@@ -268,7 +270,7 @@ class WearProblem:
         return _projected(rows, self.free)
 
     def friction_together(self) -> tuple[str, ...]:
-        """Return the inputs that the friction fit found, which are uncertain together; None if there is no fit."""
+        """Return the inputs that the friction fit found, which are uncertain together; empty if there is no fit."""
         return () if self.friction_covariance is None else FRICTION_INPUTS
 
     def draw_noise(self, rng: Generator, count: int) -> Column:
@@ -306,8 +308,8 @@ class WearProblem:
         pin, unit = self.pin(values), self.unit_volume(values)[..., -1]
         least = max(1e-3 * abs(float(self.end_depth(self.values))), _LEAST_WEAR)
         worn = np.maximum(self.starting_depth(values), least)
-        start = np.log(_last(pin.volume(worn)) / unit)
-        return start, start - _LEAST_LOG_K, np.log(_last(pin.most_volume) / unit) - 1e-12
+        start = np.log(per_draw(pin.volume(worn)) / unit)
+        return start, start - _LEAST_LOG_K, np.log(per_draw(pin.most_volume) / unit) - 1e-12
 
     def starting_depth(self, values: Values) -> Column:
         """Return the depth at the end from which the search for k_D starts, m: here the curve is bent to it."""
@@ -448,14 +450,17 @@ class WearProblem:
         )
 
 
+P = TypeVar("P", bound=WearProblem)
+
+
+def posed_as(problem: WearProblem, kind: type[P], **changes: Any) -> P:
+    """Return a problem as one of another kind, with some fields changed and those that only this kind has."""
+    return kind(**{one.name: getattr(problem, one.name) for one in fields(WearProblem)} | changes)
+
+
 def _projected(rows: Column, free: Column) -> Column:
     """Return rows with their projection on the orthonormal columns of ``free`` subtracted."""
     return rows - (rows @ free) @ free.T if free.shape[1] else rows
-
-
-def _last(values: Column) -> Column:
-    """Drop the axis that a column of draws, (draws, 1), has for broadcasting against samples."""
-    return values[..., 0] if np.ndim(values) else values
 
 
 def wear_problem(
@@ -510,8 +515,8 @@ def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
     groove, scale = groove_alone(corrected.run, recipe.uncertainty), sensor_scale(corrected.run, recipe)
     # The groove is taken from what the sensor has read, so that an error of its scale is one of the sum.
     both = model.end_depth.value + (groove.quantity.value if groove else 0.0)
-    by_scale = both * (scale.standard_uncertainty or 0.0) / scale.value if groove else 0.0
-    spread = math.hypot(model.end_depth.standard_uncertainty or 0.0, by_scale)
+    by_scale = both * scale.u_or_zero / scale.value if groove else 0.0
+    spread = math.hypot(model.end_depth.u_or_zero, by_scale)
     # What is worn is above zero; a reading that tells none still bounds it.
     read = Quantity(value=max(model.end_depth.value, spread), unit="m", standard_uncertainty=spread)
     return EndWear(EndValueUsed("pin_wear_depth", read, "manifest"), groove, tip)

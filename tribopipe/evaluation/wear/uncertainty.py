@@ -12,14 +12,12 @@ import numpy as np
 from numpy.random import Generator
 
 from tribopipe.base.arrays import Column, Values
-from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, draw_values
+from tribopipe.evaluation.wear.inputs import FRICTION_INPUTS, FrictionCovariance, draw_values
 from tribopipe.evaluation.wear.problem import WearProblem
 from tribopipe.results.input_quantities import Inputs, shown_unit
 from tribopipe.results.wear_fit import FRICTION_FIT, Contribution
 
 NOISE = "noise of the depth signal"
-FrictionCovariance = tuple[tuple[float, ...], ...] | None
-"""Covariance of A, b and c, which are far from independent; None if friction is not from Eq. 7."""
 
 
 def budget(problem: WearProblem, coefficient: float) -> tuple[Contribution, ...]:

@@ -348,15 +348,13 @@ def _beliefs(asked: Asked, trace: SensorTrace) -> list[Belief]:
     known, beliefs = asked.known, []
     if known.drift_rate is not None:
         rate = known.drift_rate
-        beliefs.append(
-            Belief("drift", rate.value * trace.duration, (rate.standard_uncertainty or 0.0) * trace.duration)
-        )
+        beliefs.append(Belief("drift", rate.value * trace.duration, rate.u_or_zero * trace.duration))
     # The disc's wear grows with the distance, whether its end is near or not.
     share = (trace.slid / (asked.planned or trace.slid)) ** _disc_power(asked.run.manifest.sliding_pin)
     default = asked.recipe.uncertainty.wear_depth
     disc = known.disc_wear or Quantity(value=0.0, unit="m", standard_uncertainty=default.value)
-    beliefs.append(Belief("disc wear", disc.value * share, (disc.standard_uncertainty or 0.0) * share))
+    beliefs.append(Belief("disc wear", disc.value * share, disc.u_or_zero * share))
     if known.wear_coefficient is not None:
         k = known.wear_coefficient
-        beliefs.append(Belief("ln k_D", float(np.log(k.value)), (k.standard_uncertainty or 0.0) / k.value))
+        beliefs.append(Belief("ln k_D", float(np.log(k.value)), k.u_or_zero / k.value))
     return beliefs

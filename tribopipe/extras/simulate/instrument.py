@@ -65,7 +65,7 @@ def systematic_errors(seed: int, *, drawn: bool) -> TrueValue:
     rng = np.random.Generator(np.random.PCG64([seed, 1]))
 
     def off(stated: Quantity) -> float:
-        error = (stated.standard_uncertainty or 0.0) * float(rng.standard_normal())
+        error = stated.u_or_zero * float(rng.standard_normal())
         return stated.value + (error if drawn else 0.0)
 
     return off

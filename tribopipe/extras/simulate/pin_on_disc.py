@@ -148,7 +148,7 @@ class VirtualTest(AnyVirtualTest):
         else:
             ends = {"pin_wear_depth": measured(float(worn.pin_depth[-1]), sensors.height_loss_uncertainty.value, rng)}
         if disc is not None:
-            read = measured(float(worn.disc_depth[-1]), disc.standard_uncertainty or 0.0, rng)
+            read = measured(float(worn.disc_depth[-1]), disc.u_or_zero, rng)
             ends["disc_wear_depth"] = read.model_copy(update={"value": max(read.value, 0.0)})
         if worn.disc_volume is not None:
             spread = sensors.disc_volume_uncertainty.value * worn.disc_volume

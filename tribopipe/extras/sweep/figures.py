@@ -136,7 +136,7 @@ def _point(sweep: Sweep, key: _Key, rows: Sequence[Row]) -> _Point:
     elif sweep.choices is not None:
         interval = interval[0], first["interval_lower"].value, first["interval_upper"].value
     else:
-        half = COVERAGE_FACTOR * (first[name].standard_uncertainty or 0.0)
+        half = COVERAGE_FACTOR * first[name].u_or_zero
         interval = interval[0], interval[0] - half, interval[0] + half
     return _Point(key, name, unit, interval)
 

@@ -152,7 +152,7 @@ def _coefficients(some: Sequence[Answer]) -> list[Quantity]:
 
 
 def _stated(found: Sequence[Quantity]) -> float:
-    return statistics.median((one.standard_uncertainty or 0.0) / one.value if one.value else math.inf for one in found)
+    return statistics.median(one.u_or_zero / one.value if one.value else math.inf for one in found)
 
 
 def _spreads(some: Sequence[Answer], names: Sequence[str], varied: Sequence[str]) -> Iterator[ChoiceSpread]:

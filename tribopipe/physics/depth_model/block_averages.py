@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.physics.autocorrelation import left_of
 from tribopipe.physics.depth_model.posterior import DepthPosterior, DepthReading, KnownTerm, MeasuredDepth
 from tribopipe.physics.depth_model.terms import settling
@@ -29,7 +29,6 @@ _KEPT = 0.6
 _SPAN = 6
 """Bins on either side over which it has to last."""
 _MOST = 5
-_TO_DEVIATION = 1.4826
 
 
 def steps(time: Column, progress: Column, depth: Column) -> list[int]:
@@ -67,7 +66,7 @@ def _largest(smooth: Column, reach: float, found: list[int]) -> int | None:
     """Return the bin before the largest step of what is left of a reading; None if no change is one."""
     change = smooth[2:] - smooth[:-2]
     center = np.median(change)
-    scale = max(_TO_DEVIATION * float(np.median(np.abs(change - center))), _LEAST * reach)
+    scale = max(robust_deviation(change - center), _LEAST * reach)
     for place in np.argsort(-np.abs(change - center)).tolist():
         size = change[place] - center
         if abs(size) <= _DECISIVE * scale:

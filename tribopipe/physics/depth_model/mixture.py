@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tribopipe.base.arrays import Column
+from tribopipe.base.arrays import Column, robust_deviation
 from tribopipe.physics.depth_model.terms import Alternative, Wander
 
 _COARSE = (0.7, 0.3)
@@ -102,7 +102,7 @@ def noise_of_differences(reading: Column, weights: Column) -> float:
     """Return σ_e by second differences of neighboring blocks, m, robustly (median absolute deviation)."""
     second = reading[2:] - 2 * reading[1:-1] + reading[:-2]
     expected = np.sqrt(1 / weights[2:] + 4 / weights[1:-1] + 1 / weights[:-2])
-    return float(1.4826 * np.median(np.abs(second / expected)))
+    return robust_deviation(second / expected)
 
 
 def ways(regressions: Sequence[Regression], wanders: Sequence[Wander]) -> Ways:

@@ -200,48 +200,16 @@ def round_pin(
     modulus: float,
     tip: Callable[[Column], Column],
     reach: float,
-    tilt: tuple[float, float] = (0.0, 0.0),
     cells: int = PIN_CELLS,
 ) -> PinGrid:
     """Build a pin on a square grid whose contact may reach so far from its axis; N, Pa, m.
 
-    ``tip`` returns how far a pin that stands upright is behind its end at each radius, m; infinite outside the pin.
-    ``tilt`` is the slope of its end across and along.
+    ``tip`` returns how far the pin is behind its end at each radius, m; infinite outside the pin.
     """
     spacing = 2 * reach / (cells - 2)
     half_space = HalfSpace(modulus, (spacing, spacing), (cells, cells))
     across, along = half_space.places
-    return _pin(normal_load, half_space, tip(np.hypot(across[:, None], along)), tilt)
-
-
-def measured_pin(
-    *,
-    normal_load: float,
-    modulus: float,
-    heights: Column,
-    spacing: tuple[float, float],
-    tilt: tuple[float, float] = (0.0, 0.0),
-) -> PinGrid:
-    """Build a pin from a map of heights towards the disc, m; NaN outside the pin.
-
-    ``tilt`` is a slope across and along to add. Raises ``ContactError`` where there are no heights.
-    """
-    measured = np.isfinite(heights)
-    if not measured.any():
-        raise ContactError(
-            "local wear: found no valid height in the map of the pin; expected at least one; check the measurement "
-            "and its mask"
-        )
-    rows, columns = heights.shape
-    gap = np.where(measured, heights[measured].max() - heights, np.inf)
-    return _pin(normal_load, HalfSpace(modulus, spacing, (rows, columns)), gap, tilt)
-
-
-def _pin(normal_load: float, half_space: HalfSpace, gap: Column, tilt: tuple[float, float]) -> PinGrid:
-    across, along = half_space.places
-    tilted = gap + tilt[0] * across[:, None] + tilt[1] * along
-    # An upright tip touches between points of the grid, where the gap is none of theirs.
-    return PinGrid(normal_load, half_space, tilted - min(tilted.min(), 0.0))
+    return PinGrid(normal_load, half_space, tip(np.hypot(across[:, None], along)))
 
 
 def _end(places: Column, step: float, pressure: Column) -> float:

@@ -77,7 +77,7 @@ def take_radius(known: Known) -> None:
     if diameter is None or shape != "spherical":
         return
     whole, before = read_quantity(diameter, "length"), known.given.get(_RADIUS)
-    half, unsure = (f"{1e3 * number / 2:.12g} mm" for number in (whole.value, whole.standard_uncertainty or 0.0))
+    half, unsure = (f"{1e3 * number / 2:.12g} mm" for number in (whole.value, whole.u_or_zero))
     origin = "half of the diameter"
     if before is not None:
         if not before.origin or alike(_RADIUS, before.value, half, _ROUNDED):
