@@ -21,7 +21,7 @@ from catalogue import COMMAND
 from labs import Report, arguments
 from large_archive import large_archive
 
-from tribopipe.archive.catalog.selection import Asked
+from tribopipe.archive.catalog.query import Asked
 from tribopipe.browse.library import FIRST_ROWS, Library
 
 sys.path.append(str(Path(__file__).parent / "reliability"))

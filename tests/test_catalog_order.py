@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tribopipe.archive.catalog.catalog import Catalogue, Known, Note, keep
 from tribopipe.archive.catalog.database import in_memory
 from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, column_named
-from tribopipe.archive.catalog.selection import Asked
+from tribopipe.archive.catalog.query import Asked
 from tribopipe.base.errors import QueryError
 from tribopipe.base.files import natural_key, natural_order
 

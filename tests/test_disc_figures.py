@@ -448,7 +448,7 @@ def test_depths_are_not_drawn_for_volumes(studied):
 
 @pytest.mark.slow
 def test_study_is_drawn_in_one_call_and_has_no_effective_coefficient(studied, tmp_path):
-    written = save_study_figures(studied, "discs", tmp_path)
+    written = save_study_figures(studied, "discs", into=tmp_path)
     assert [path.name for path in written] == [
         f"discs-{w}{s}" for w in ("wear-archard", "friction") for s in (".svg", ".png")
     ]
@@ -458,7 +458,7 @@ def test_study_is_drawn_in_one_call_and_has_no_effective_coefficient(studied, tm
 def test_same_figures_give_the_same_bytes(studied, run, tmp_path):
     (curves,) = curves_of(run)
     for name in ("first", "second"):
-        save_study_figures(studied, "discs", tmp_path / name, ["svg"])
+        save_study_figures(studied, "discs", ["svg"], tmp_path / name)
         save_figure(plot_wear(correct_drift(run), [curves]), tmp_path / name / "wear.svg")
         save_figure(plot_contact(correct_drift(run), curves), tmp_path / name / "contact.svg")
         save_figure(plot_disc_model({"exact": scenario("full-slip")}, 1e5, 100), tmp_path / name / "model.svg")

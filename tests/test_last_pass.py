@@ -24,7 +24,7 @@ def passed(short_runs, tmp_path_factory):
     from tribopipe.archive.store import Archive
     from tribopipe.documents.recipe import Recipe
     from tribopipe.documents.record import load_toml
-    from tribopipe.views.figure_updates import drawn, figure_steps
+    from tribopipe.views.archived_figures import drawn, figure_steps
 
     store = Archive(folder / "archive")
     paths = stages.find_runs(folder / "runs")
@@ -102,7 +102,7 @@ def test_any_change_has_the_next_pass_look_again(lab, change):
 @pytest.mark.slow
 def test_who_asks_for_more_gets_it(process, monkeypatch):
     process()
-    monkeypatch.setattr("tribopipe.views.figure_updates.figure_steps", lambda *_: [])
+    monkeypatch.setattr("tribopipe.views.archived_figures.figure_steps", lambda *_: [])
     for word in ("--no-figures", "-v", "--json", "--amend", "--force"):
         assert process(word)[1], word
 

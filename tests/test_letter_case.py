@@ -9,8 +9,8 @@ import pytest
 from test_history import STUDY, called, note, study
 
 from tribopipe.archive import run_files
+from tribopipe.archive.file_signature import SUFFIX
 from tribopipe.archive.removal import remove, restore
-from tribopipe.archive.run_files import SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.errors import ArchiveError

@@ -70,10 +70,10 @@ def test_pieces_of_any_length_give_the_bytes_of_the_whole(lengths, kind):
     ends = np.cumsum([0, *lengths])
     whole, by_pieces = BytesIO(), BytesIO()
     with h5py.File(whole, "w") as file:
-        nexus.field(file, "x", values, "m", said="so")
+        nexus.field(file, "x", values)
     with h5py.File(by_pieces, "w") as file:
         pieces = (values[start:end] for start, end in pairwise(ends))
-        nexus.long_field(file, "x", pieces, len(values), kind, "m", said="so")
+        nexus.long_field(file, "x", pieces, len(values), kind)
     assert whole.getvalue() == by_pieces.getvalue()
 
 

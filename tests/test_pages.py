@@ -8,8 +8,7 @@ from archived_files import edited
 from folders import replace_in, set_key
 
 from tribopipe.archive import nexus
-from tribopipe.archive.outline import StepOutline
-from tribopipe.archive.step_names import STEPS
+from tribopipe.archive.step_names import STEPS, StepOutline
 from tribopipe.archive.store import Archive
 from tribopipe.documents.annotation import Annotation, Mark
 from tribopipe.documents.contact import Pin
@@ -54,7 +53,7 @@ from tribopipe.results.wear_prediction import (
     WearPrediction,
 )
 from tribopipe.views.page import Fact, StagePage, duration, interval, record_facts, shown
-from tribopipe.views.run_page import _TOLD, _recorded, run_page, stage_pages, step_title
+from tribopipe.views.run_page import _SECTIONS, _recorded, run_page, stage_pages, step_title
 from tribopipe.views.study_page import study_page_of
 
 RUN = "si3n4-air-200mN"
@@ -81,7 +80,8 @@ def facts_of(page, title: str) -> dict[str, str]:
 def stage(result, name: str, *before: tuple[str, object]) -> StagePage:
     """The page of a result, others being there before it."""
     steps = {
-        step: StepOutline(step, found, "in", "out", {}, "0.1.0", DATE) for step, found in (*before, (name, result))
+        step: StepOutline(step, found, "in", {}, "0.1.0", DATE, result_sha256="out")
+        for step, found in (*before, (name, result))
     }
     return stage_pages(steps)[-1]
 
@@ -283,7 +283,7 @@ def test_units_are_those_people_read():
 
 def test_every_step_has_a_title_and_every_kind_of_result_is_told():
     assert len(set(map(step_title, STEPS))) == len(STEPS)
-    assert set(_TOLD) == {record for kind in STEPS.values() for record in kind.records}
+    assert set(_SECTIONS) == {record for kind in STEPS.values() for record in kind.records}
 
 
 def test_wear_fit_tells_budget_draws_and_what_k_d_is_by_each_way():

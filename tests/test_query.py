@@ -8,13 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tribopipe.archive.catalog.listing import ALIASES, COLUMNS, column_named, columns_named, step_words
-from tribopipe.archive.catalog.query import Span, holds, matches, parse_where, quoted, where_clause
+from tribopipe.archive.catalog.query import Span, holds, matches, parse_where, where_clause
 from tribopipe.archive.step_names import STEPS
 from tribopipe.base.errors import QueryError
 from tribopipe.base.units import KINDS, is_unit_of
 
 NUMBERS = [name for name, column in COLUMNS.items() if column.kind == "number"]
 TEXTS = [name for name, column in COLUMNS.items() if column.kind == "text"]
+
+
+def quoted(text: str) -> str:
+    """Write a value so that it is read as it stands."""
+    return '"' + text.replace('"', '""') + '"'
 
 
 def asked(text: str) -> list[tuple[str, str, object]]:

@@ -595,10 +595,10 @@ def test_process_refuses_two_studies_of_one_id_before_it_begins(run_cli, lab):
 def test_process_draws_run_and_study_of_one_name(run_cli, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr(
-        "tribopipe.views.figure_updates.save_run_figures", lambda _, run_id: drawn.append(("run", run_id))
+        "tribopipe.views.archived_figures.save_run_figures", lambda _, run_id, __: drawn.append(("run", run_id))
     )
     monkeypatch.setattr(
-        "tribopipe.views.figure_updates.save_study_figures", lambda _, name: drawn.append(("study", name))
+        "tribopipe.views.archived_figures.save_study_figures", lambda _, name, __: drawn.append(("study", name))
     )
     write_study(lab / "runs", id=HEAVY, fit=[LIGHT])
     assert run_cli("process", "runs", "--recipe", "recipe.toml", cwd=lab).exit_code == 0

@@ -101,7 +101,7 @@ def with_replicates(result, curves):
 @pytest.fixture(scope="module")
 def drawn(studied, tmp_path_factory) -> list[Path]:
     """Every figure of the study of Si3N4."""
-    return save_study_figures(studied, "si3n4", tmp_path_factory.mktemp("drawn"))
+    return save_study_figures(studied, "si3n4", into=tmp_path_factory.mktemp("drawn"))
 
 
 @pytest.mark.slow
@@ -114,14 +114,14 @@ def test_one_call_draws_every_figure_of_a_study_as_vector_and_picture(drawn):
 
 @pytest.mark.slow
 def test_same_study_gives_the_same_bytes(studied, drawn, tmp_path):
-    again = save_study_figures(studied, "si3n4", tmp_path, ["svg"])
+    again = save_study_figures(studied, "si3n4", ["svg"], tmp_path)
     once = [path for path in drawn if path.suffix == ".svg"]
     assert [path.read_bytes() for path in once] == [path.read_bytes() for path in again]
 
 
 @pytest.mark.slow
 def test_pdf_carries_fonts_that_journals_take(studied, tmp_path):
-    written = save_study_figures(studied, "si3n4", tmp_path, ["pdf"])
+    written = save_study_figures(studied, "si3n4", ["pdf"], tmp_path)
     assert all(b"/Type3" not in path.read_bytes() for path in written)
 
 
@@ -323,9 +323,9 @@ def test_study_that_finds_drift_itself_is_not_drawn_with_drift_found_otherwise(s
 
 def test_study_or_run_that_is_not_there_is_named(studied, tmp_path):
     with pytest.raises(ArchiveError, match="si3n5"):
-        save_study_figures(studied, "si3n5", tmp_path)
+        save_study_figures(studied, "si3n5", into=tmp_path)
     archive = Archive(tmp_path / "archive")
     shutil.copytree(studied.folder, archive.folder)
     archive.path("si3n4-air-400mN").unlink()
     with pytest.raises(ArchiveError, match="si3n4-air-400mN"):
-        save_study_figures(archive, "si3n4", tmp_path)
+        save_study_figures(archive, "si3n4", into=tmp_path)

@@ -69,7 +69,7 @@ def add_earlier(old: h5py.Group, entry: h5py.Group, date: str) -> None:
     nexus.field(note, "type", "application/octet-stream")
     for name in ("data", "checksum", "algorithm"):
         was.copy(name, note)
-    nexus.field(note, "description", _told(old, entry))
+    nexus.field(note, "description", _changes_in_words(old, entry))
     nexus.field(note, "date", date)
     nexus.field(note, "identifier_raw", nexus.text(old, "archived/raw_sha256"))
     if "amended" in kept:
@@ -77,7 +77,7 @@ def add_earlier(old: h5py.Group, entry: h5py.Group, date: str) -> None:
     nexus.field(kept, "amended", date)
 
 
-def _told(old: h5py.Group, new: h5py.Group) -> str:
+def _changes_in_words(old: h5py.Group, new: h5py.Group) -> str:
     """Report what has changed between the run.toml of two entries, the first keys of it by name."""
     was, now = (parse_toml(Path("run.toml"), _bytes(entry["source_files/file_0"])) for entry in (old, new))
     found = list(changes(was, now))
@@ -86,7 +86,7 @@ def _told(old: h5py.Group, new: h5py.Group) -> str:
 
 
 def read_earlier(entry: h5py.Group) -> list[EarlierManifest]:
-    """Read the earlier ones, oldest first; none where the run was never amended."""
+    """Read the earlier ones, oldest first; empty where the run was never amended."""
     return [_read(note) for note in _notes(entry[EARLIER])] if EARLIER in entry else []
 
 

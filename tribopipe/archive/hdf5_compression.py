@@ -30,7 +30,7 @@ Answer = TypeVar("Answer")
 _THREADS = min(os.cpu_count() or 1, 4)
 
 
-def in_turn(work: Callable[[Item], Answer], items: Iterable[Item]) -> Iterator[Answer]:
+def _in_threads(work: Callable[[Item], Answer], items: Iterable[Item]) -> Iterator[Answer]:
     """Yield the result of each item in order; several items run in parallel, a single one in this thread."""
     coming = iter(items)
     first = list(islice(coming, 2))
@@ -76,7 +76,7 @@ def write_together(datasets: Mapping[Name, h5py.Dataset], blocks: Iterable[Mappi
 
     Raises ``ValueError`` where there are more or fewer rows than a dataset has.
     """
-    for place, packed in in_turn(lambda chunk: (chunk, _packed(chunk.rows)), _filled_chunks(datasets, blocks)):
+    for place, packed in _in_threads(lambda chunk: (chunk, _packed(chunk.rows)), _filled_chunks(datasets, blocks)):
         place.dataset.id.write_direct_chunk(place.start, packed)
 
 
@@ -191,7 +191,7 @@ def _chunks(dataset: h5py.Dataset, offsets: Sequence[tuple[int, ...]]) -> Iterat
     kind, shape = dataset.dtype, dataset.chunks
     size = prod(shape) * kind.itemsize
     packed = (dataset.id.read_direct_chunk(offset) for offset in offsets)
-    return in_turn(lambda chunk: _unshuffled(_content(dataset, size, *chunk), kind).reshape(shape), packed)
+    return _in_threads(lambda chunk: _unshuffled(_content(dataset, size, *chunk), kind).reshape(shape), packed)
 
 
 def _put(found: NDArray[Any], offset: tuple[int, ...], values: NDArray[Any]) -> None:

@@ -52,7 +52,7 @@ def write_recorded(entry: h5py.Group, run: RawRun) -> None:
 
 
 def recorded_samples(entry: h5py.Group) -> int | None:
-    """Return how many samples per run holds means of; none where it holds every one."""
+    """Return the number of recorded samples of which a run holds means; none where it holds every sample."""
     return len(entry[RECORDED][_names(entry)[0]]) if RECORDED in entry else None
 
 

@@ -34,7 +34,10 @@ def field(parent: h5py.Group, name: str, value: Any, unit: str | None = None, **
     else:
         texts = isinstance(value, np.ndarray) and value.dtype == object
         made = parent.create_dataset(name, data=value, dtype=h5py.string_dtype() if texts else None)
-    return _told_of(made, unit, attributes)
+    if unit is not None:
+        made.attrs["units"] = unit
+    made.attrs.update(attributes)
+    return made
 
 
 def long_field(
@@ -43,16 +46,14 @@ def long_field(
     pieces: Iterable[NDArray[Any]],
     rows: int,
     dtype: DTypeLike,
-    unit: str | None = None,
-    **attributes: Any,
 ) -> h5py.Dataset:
     """Add a column of so many rows that come in pieces of any length, of which few are in memory at once.
 
     Raises ``ValueError`` where more or fewer rows come.
     """
     if rows < _COMPRESSED_FROM:
-        return field(parent, name, _short(pieces, rows, dtype), unit, **attributes)
-    return _told_of(_packed(parent, name, pieces, (rows,), np.dtype(dtype)), unit, attributes)
+        return field(parent, name, _short(pieces, rows, dtype))
+    return _packed(parent, name, pieces, (rows,), np.dtype(dtype))
 
 
 def long_fields(
@@ -86,14 +87,6 @@ def _packed(
     return made
 
 
-def _told_of(made: h5py.Dataset, unit: str | None, attributes: Mapping[str, Any]) -> h5py.Dataset:
-    """Set the unit and the other attributes of a field."""
-    if unit is not None:
-        made.attrs["units"] = unit
-    made.attrs.update(attributes)
-    return made
-
-
 def document(parent: h5py.Group, name: str, content: Record | list[Any] | dict[str, Any]) -> h5py.Group:
     """Add a record, or what is JSON already, in an NXnote, from which it comes back to the last digit."""
     text = content.model_dump_json(by_alias=True) if isinstance(content, Record) else json.dumps(content)
@@ -103,13 +96,13 @@ def document(parent: h5py.Group, name: str, content: Record | list[Any] | dict[s
     return note
 
 
-def told(parent: h5py.Group, name: str) -> dict[str, str]:
-    """Read texts by name; none where there is no such document, as in files of the first format."""
+def text_mapping(parent: h5py.Group, name: str) -> dict[str, str]:
+    """Read texts by name; empty where there is no such document, as in files of the first format."""
     return json.loads(text(parent, f"{name}/data")) if name in parent else {}
 
 
 def listed(parent: h5py.Group, name: str, record: type[R]) -> list[R]:
-    """Read a list of records; none where there is no such document. Raises ``ValueError`` where it holds others."""
+    """Read a list of records; empty where there is no such document. Raises ``ValueError`` where it holds others."""
     items = json.loads(text(parent, f"{name}/data")) if name in parent else []
     return [record.model_validate(item) for item in items]
 

@@ -1,8 +1,7 @@
 """The outline of an archived run: all but its arrays, read in a time that is independent of its length."""
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import h5py
 import numpy as np
@@ -14,16 +13,14 @@ from tribopipe.archive.runfile import (
     members,
     read_environment,
     read_findings,
-    read_fingerprints,
     read_manifest,
     read_marks,
-    read_result,
+    read_step_base,
 )
-from tribopipe.archive.step_names import Step, StepName, steps_among
+from tribopipe.archive.step_names import Step, StepName, StepOutline, steps_among
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.record import Record
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import Origin
 from tribopipe.results.wear_fit import WearFit
@@ -40,23 +37,6 @@ class SourceOutline:
     name: str
     size: int
     sha256: str
-
-
-@dataclass(frozen=True)
-class StepOutline:
-    """One step of one run without its curves and tables."""
-
-    name: StepName
-    result: Record
-    inputs_sha256: str
-    result_sha256: str
-    options: Mapping[str, object]
-    """Options of the step, as JSON types."""
-    program_version: str
-    date: str
-    """Date of the computation, ISO 8601."""
-    environment: Mapping[str, str] = field(default_factory=dict)
-    """Versions of the software and the machine; empty if the file does not state them."""
 
 
 @dataclass(frozen=True)
@@ -111,24 +91,14 @@ def _source(note: h5py.Group) -> SourceOutline:
 
 
 def _step(entry: h5py.Group, name: StepName) -> StepOutline | None:
-    result, fingerprints = read_result(entry, name), read_fingerprints(entry, name)
-    if result is None or fingerprints is None:
+    step = read_step_base(entry, name)
+    if step is None:
         return None
-    return StepOutline(
-        name=name,
-        result=result,
-        inputs_sha256=fingerprints.inputs,
-        result_sha256=fingerprints.result,
-        options=json.loads(nexus.text(entry[name], "options/data")),
-        program_version=nexus.text(entry[name], "version"),
-        date=nexus.text(entry[name], "date"),
-        environment=nexus.told(entry[name], "environment"),
-    )
+    return StepOutline(**vars(step), result_sha256=nexus.text(entry[name], "fingerprints/result_sha256"))
 
 
 def _ends(entry: h5py.Group, names: list[SignalName]) -> dict[SignalName, float]:
-    axes: tuple[SignalName, ...] = ("time", "sliding_distance", "rotations")
-    found = {name: _last(entry, name) for name in axes if name in names}
+    found = {name: _last(entry, name) for name in AXES if name in names}
     return {name: value for name, value in found.items() if value is not None}
 
 

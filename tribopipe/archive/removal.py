@@ -4,10 +4,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tribopipe.archive.file_access import check_adopted
+from tribopipe.archive.file_signature import SUFFIX
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT
 from tribopipe.archive.history import announced
 from tribopipe.archive.lock import writers_lock
-from tribopipe.archive.run_files import SUFFIX, refuse_other_case
+from tribopipe.archive.run_files import refuse_other_case
 from tribopipe.archive.seal import state_of
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean

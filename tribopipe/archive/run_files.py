@@ -1,9 +1,10 @@
 """The files of an archive: runs and studies by id, each in one file that is only replaced as a unit."""
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Literal, NoReturn, TypeVar
 
@@ -11,7 +12,7 @@ import h5py
 
 from tribopipe.archive.earlier_manifests import EarlierManifest, add_earlier, changed_file, read_earlier
 from tribopipe.archive.file_access import check_adopted, opened, written
-from tribopipe.archive.file_signature import FIGURES, stamp_of
+from tribopipe.archive.file_signature import FIGURES, STUDIES, SUFFIX, stamp_of
 from tribopipe.archive.formats import RUN_FORMAT, STUDY_FORMAT, check_format
 from tribopipe.archive.hdf5_guard import renamed
 from tribopipe.archive.history import placed
@@ -60,10 +61,9 @@ from tribopipe.documents.record import Record
 from tribopipe.results.finding import Finding
 from tribopipe.results.run import RawRun
 
+T = TypeVar("T")
 R = TypeVar("R", bound=Record)
 _NO_DRIVE = -1
-SUFFIX = ".h5"
-STUDIES = "studies"
 _IDENTIFIERS = {"run": "entry/identifier_run", "study": "entry/identifier_study"}
 """Where a file has its ID."""
 
@@ -160,18 +160,15 @@ class RunFiles:
 
     def earlier_manifests(self, run_id: str) -> list[EarlierManifest]:
         """Return each run.toml that a run had before it was amended, oldest first."""
-        with self.open(run_id) as file:
-            return read_earlier(file["entry"])
+        return self._read(run_id, read_earlier)
 
     def raw_sha256(self, run_id: str) -> str:
         """Return the fingerprint of a run's raw content."""
-        with self.open(run_id) as file:
-            return text(file, "entry/archived/raw_sha256")
+        return self._read(run_id, partial(text, path="archived/raw_sha256"))
 
     def environment(self, run_id: str) -> dict[str, str]:
-        """Return the options with which a run was ingested; empty if its file has none."""
-        with self.open(run_id) as file:
-            return read_environment(file["entry"])
+        """Return the versions and the machine with which a run was ingested; empty if its file does not state them."""
+        return self._read(run_id, read_environment)
 
     def raw(self, run_id: str) -> RawRun:
         """Return a run as ingested."""
@@ -198,8 +195,7 @@ class RunFiles:
 
         Raises ``ArchiveError`` where it is no ``record``, but the result of another tribometer.
         """
-        with self.open(run_id) as file:
-            result = read_result(file["entry"], name)
+        result = self._read(run_id, partial(read_result, name=name))
         if result is None or isinstance(result, record):
             return result
         raise ArchiveError(
@@ -219,8 +215,7 @@ class RunFiles:
 
     def fingerprints(self, run_id: str, name: StepName) -> Fingerprints | None:
         """Return the fingerprints of inputs and result of a step; none if the run does not have the step."""
-        with self.open(run_id) as file:
-            return read_fingerprints(file["entry"], name)
+        return self._read(run_id, partial(read_fingerprints, name=name))
 
     def stands_on(self, run_id: str, name: StepName) -> dict[str, str]:
         """Return fingerprints of what a step is made from: "raw", and the steps before it, empty for one not done."""
@@ -231,8 +226,7 @@ class RunFiles:
 
     def step(self, run_id: str, name: StepName) -> Step | None:
         """Return a step of a run; none where the run has not been through it."""
-        with self.open(run_id) as file:
-            return read_step(file["entry"], name)
+        return self._read(run_id, partial(read_step, name=name))
 
     def steps(self, run_id: str) -> dict[StepName, Step]:
         """Return every step a run has been through, in order."""
@@ -242,13 +236,11 @@ class RunFiles:
 
     def step_names(self, run_id: str) -> list[StepName]:
         """Return the names of the steps a run has been through, in order."""
-        with self.open(run_id) as file:
-            return steps_among(file["entry"])
+        return self._read(run_id, steps_among)
 
     def findings(self, run_id: str) -> list[Finding]:
         """Return what the checks found when the run was ingested."""
-        with self.open(run_id) as file:
-            return read_findings(file["entry"])
+        return self._read(run_id, read_findings)
 
     def put_step(self, run_id: str, step: Step) -> None:
         """Add a step or replace it; steps that stood on another result of it are dropped with it.
@@ -366,8 +358,7 @@ class RunFiles:
 
     def marks(self, run_id: str) -> list[Mark]:
         """Return the history of a run's marks, oldest first; the last one counts."""
-        with self.open(run_id) as file:
-            return read_marks(file["entry"])
+        return self._read(run_id, read_marks)
 
     def bad(self, run_id: str) -> Mark | None:
         """Return the mark by which a run counts as bad; none where it does not."""
@@ -390,8 +381,7 @@ class RunFiles:
 
     def annotations(self, run_id: str) -> list[Annotation]:
         """Return the history of a run's tags and notes, oldest first."""
-        with self.open(run_id) as file:
-            return read_annotations(file["entry"])
+        return self._read(run_id, read_annotations)
 
     def tags(self, run_id: str) -> tuple[str, ...]:
         """Return the tags that a run has now."""
@@ -415,6 +405,11 @@ class RunFiles:
                 f"{self.path(run_id)}: found no tag {annotation.text!r} to remove; expected a tag of the run; "
                 f"{did_you_mean(annotation.text, tags)}"
             )
+
+    def _read(self, run_id: str, reader: Callable[[h5py.Group], T]) -> T:
+        """Return what a reader finds in the entry of a run's file; raises as ``open`` does."""
+        with self.open(run_id) as file:
+            return reader(file["entry"])
 
     @contextmanager
     def open(self, run_id: str, parts: Sequence[str] | None = None) -> Iterator[h5py.File]:

@@ -44,7 +44,17 @@ from tribopipe.archive.hdf5_compression import unpacked, unpacked_pieces
 from tribopipe.archive.long_recordings import read_recording, write_recorded
 from tribopipe.archive.provenance import environment, raw_digest
 from tribopipe.archive.remote import archive_path
-from tribopipe.archive.step_names import STEPS, WEAR_FITS, Fingerprints, Step, StepName, Table, downstream, steps_among
+from tribopipe.archive.step_names import (
+    STEPS,
+    WEAR_FITS,
+    Fingerprints,
+    Step,
+    StepBase,
+    StepName,
+    Table,
+    downstream,
+    steps_among,
+)
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ArchiveError, NotInstalledError
 from tribopipe.base.units import from_si
@@ -286,7 +296,7 @@ def _read_extras(entry: h5py.Group) -> Iterator[tuple[str, ExtraColumn]]:
 
 
 def write_step(entry: h5py.Group, step: Step) -> None:
-    """Append a step, and bring the group for viewers up to date."""
+    """Append a step with its result, curves and tables."""
     process = nexus.group(entry, step.name, "NXprocess")
     nexus.field(process, "program", "tribopipe")
     nexus.field(process, "version", step.program_version)
@@ -374,26 +384,37 @@ def read_result(entry: h5py.Group, name: StepName) -> Record | None:
 
 def read_step(entry: h5py.Group, name: StepName) -> Step | None:
     """Read a step with its curves; none where the run has not been through it."""
-    if name not in entry:
+    base = read_step_base(entry, name)
+    if base is None:
         return None
     process = entry[name]
     return Step(
+        **vars(base),
+        curves=_read_arrays(process["data"], _signals(process["data"])) if "data" in process else {},
+        tables=dict(_read_tables(process)),
+        stands_on=nexus.text_mapping(process, "stands_on"),
+    )
+
+
+def read_step_base(entry: h5py.Group, name: StepName) -> StepBase | None:
+    """Read a step without its curves and tables; none where the run has not been through it."""
+    if name not in entry:
+        return None
+    process = entry[name]
+    return StepBase(
         name=name,
         result=STEPS[name].parse(nexus.text(process, "result/data")),
         inputs_sha256=nexus.text(process, "fingerprints/inputs_sha256"),
         options=json.loads(nexus.text(process, "options/data")),
         program_version=nexus.text(process, "version"),
         date=nexus.text(process, "date"),
-        curves=_read_arrays(process["data"], _signals(process["data"])) if "data" in process else {},
-        tables=dict(_read_tables(process)),
-        stands_on=nexus.told(process, "stands_on"),
-        environment=nexus.told(process, "environment"),
+        environment=nexus.text_mapping(process, "environment"),
     )
 
 
 def read_environment(entry: h5py.Group) -> dict[str, str]:
     """Read what the run was ingested with; empty where the file does not state it."""
-    return nexus.told(entry["archived"], "environment")
+    return nexus.text_mapping(entry["archived"], "environment")
 
 
 def write_marks(entry: h5py.Group, marks: Sequence[Mark]) -> None:

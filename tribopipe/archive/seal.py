@@ -27,11 +27,6 @@ _whole: dict[Path, Stamp] = {}
 """Files that were found whole by this process, as they looked then."""
 
 
-def seal(image: memoryview) -> None:
-    """Put the seal into the first 512 bytes of a file's content, which HDF5 has left free."""
-    image[:SEAL_SIZE] = _seal_of(hashlib.sha256(image[SEAL_SIZE:]).hexdigest())
-
-
 def seal_file(path: Path) -> None:
     """Seal a file on the disk again."""
     with path.open("rb+") as file:

@@ -171,8 +171,8 @@ class Table(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Step:
-    """One step of one run: its result, its curves and tables, and the fingerprint of all it was made from."""
+class StepBase:
+    """What ``Step`` and ``StepOutline`` have in common: the result of one step of one run, and its origin."""
 
     name: StepName
     result: Record
@@ -183,6 +183,22 @@ class Step:
     program_version: str
     date: str
     """Date of the computation, ISO 8601."""
+    environment: Mapping[str, str] = field(default_factory=dict, kw_only=True)
+    """Versions and machine, from ``tribopipe.archive.provenance``; empty if the file does not state them."""
+
+
+@dataclass(frozen=True)
+class StepOutline(StepBase):
+    """One step of one run without its curves and tables."""
+
+    result_sha256: str = field(kw_only=True)
+    """Fingerprint of what the step found, as its file states it."""
+
+
+@dataclass(frozen=True)
+class Step(StepBase):
+    """One step of one run: its result, its curves and tables, and the fingerprint of all it was made from."""
+
     curves: Mapping[str, tuple[Column, str]] = field(default_factory=dict)
     """Arrays over the samples of the run, with their SI unit."""
     tables: Mapping[str, Table] = field(default_factory=dict)
@@ -190,12 +206,10 @@ class Step:
     stands_on: Mapping[str, str] = field(default_factory=dict)
     """What it was made from, each with its SHA-256: "raw", the steps before it, empty where the run did not have one,
     and what was given in addition, such as "wear_coefficient". Nothing where the file does not state it."""
-    environment: Mapping[str, str] = field(default_factory=dict)
-    """Versions and machine, from ``tribopipe.archive.provenance``; empty if the file does not state them."""
 
     @property
     def result_sha256(self) -> str:
-        """Fingerprint of what the step found."""
+        """Fingerprint of what the step found, computed from its result, curves and tables."""
         return digest(self.result, *self.arrays)
 
     @property

@@ -129,8 +129,8 @@ def read_study_outline(file: h5py.File) -> StudyOutline:
         options=json.loads(nexus.text(entry, "options/data")),
         program_version=nexus.text(entry, "process/version"),
         date=nexus.text(entry, "process/date"),
-        stands_on=nexus.told(entry, "stands_on"),
-        environment=nexus.told(entry["process"], "environment"),
+        stands_on=nexus.text_mapping(entry, "stands_on"),
+        environment=nexus.text_mapping(entry["process"], "environment"),
     )
 
 

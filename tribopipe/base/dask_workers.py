@@ -17,6 +17,7 @@ from threading import Lock, Thread
 from typing import Any
 
 from tribopipe.base.errors import BatchError, TribopipeError
+from tribopipe.base.optional_packages import required
 from tribopipe.base.process_lifecycle import inherited, undo_all, undone_by
 from tribopipe.base.tasks import Answer, Task, answer_of, lost, name_of
 from tribopipe.version import VERSION
@@ -116,13 +117,8 @@ def cluster(scheduler: str, jobs: int, tell: Callable[[str], object]) -> Iterato
 
     Raises ``BatchError`` where there is no scheduler, or Dask is not installed.
     """
-    try:
-        distributed: Any = import_module("distributed")
-    except ImportError:
-        raise BatchError(
-            "--scheduler: found no Dask installation; expected the Python package 'distributed'; install it with "
-            '`pip install "tribopipe[hpc]"`'
-        ) from None
+    problem = "--scheduler: found no Python package 'distributed'"
+    distributed = required("distributed", "hpc", "workers of Dask", problem=problem, error=BatchError)
     with ExitStack() as ending:
         ending.enter_context(_quiet())
         if scheduler == LOCAL:

@@ -12,8 +12,8 @@ import numpy as np
 
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, texts_of
-from tribopipe.archive.catalog.selection import Asked
-from tribopipe.archive.run_files import STUDIES, SUFFIX
+from tribopipe.archive.catalog.query import Asked
+from tribopipe.archive.file_signature import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.arrays import Column
 from tribopipe.base.column_formatting import Number, number_column

@@ -11,11 +11,10 @@ import h5py
 import numpy as np
 
 from tribopipe.archive.file_access import opened
-from tribopipe.archive.file_signature import stamp_of
+from tribopipe.archive.file_signature import SUFFIX, stamp_of
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.archive.hdf5_guard import own_datasets
 from tribopipe.archive.outline import RunOutline
-from tribopipe.archive.run_files import SUFFIX
 from tribopipe.archive.step_names import StepName
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy

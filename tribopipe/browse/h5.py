@@ -19,11 +19,11 @@ from h5py import h5g, h5l, h5o
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from tribopipe.archive.file_signature import SUFFIX
 from tribopipe.archive.hdf5_compression import check_packed
 from tribopipe.archive.hdf5_guard import RawFile, check_attributes
 from tribopipe.archive.part_by_path import NoPart, Part, link_at, part_at
 from tribopipe.archive.remote import readable
-from tribopipe.archive.run_files import SUFFIX
 from tribopipe.browse.guard import inside
 
 Content: TypeAlias = Any

@@ -6,8 +6,8 @@ from pathlib import Path
 from threading import Lock
 
 from tribopipe.archive.catalog.catalog import Catalogue
-from tribopipe.archive.catalog.selection import Asked
-from tribopipe.archive.run_files import STUDIES, SUFFIX
+from tribopipe.archive.catalog.query import Asked
+from tribopipe.archive.file_signature import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.browse.answers import archive_answer, runs_answer, study_line

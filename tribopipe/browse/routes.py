@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Query
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, Response
 
-from tribopipe.archive.catalog.selection import Asked
+from tribopipe.archive.catalog.query import Asked
 from tribopipe.archive.hdf5_compression import unpacked
 from tribopipe.base.errors import TribopipeError
 from tribopipe.browse.answers import plot_answer, run_answer, sparkline_answer, study_answer

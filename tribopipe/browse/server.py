@@ -20,7 +20,7 @@ from threading import enumerate as enumerate_threads
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
-from tribopipe.archive.catalog.selection import Asked
+from tribopipe.archive.catalog.query import Asked
 from tribopipe.base.errors import ArchiveError
 from tribopipe.base.units import show
 from tribopipe.browse.app import create_app

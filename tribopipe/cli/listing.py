@@ -177,7 +177,7 @@ def ls(
     On a terminal, only the columns that fit and the first 20 rows are shown.
     """
     from tribopipe.archive.catalog.listing import columns_named
-    from tribopipe.archive.catalog.selection import Asked
+    from tribopipe.archive.catalog.query import Asked
 
     if columns is not None and columns.strip() == "help":
         _show_columns(as_json=as_json)

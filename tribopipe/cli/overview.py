@@ -13,7 +13,7 @@ from tribopipe.cli.output import line_width, print_result, table
 from tribopipe.cli.pages import heading, paragraph, show_facts, show_head
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
-from tribopipe.documents.quantity import Quantity, between
+from tribopipe.documents.quantity import Quantity, between, in_unit
 from tribopipe.physics.laws import law_heading, law_title
 from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.finding import Finding, title
@@ -138,16 +138,12 @@ def _of_friction(friction: FrictionFit) -> Iterator[Fact]:
 def _of_wear(wear: SpecificWear, outline: "RunOutline") -> Iterator[Fact]:
     for name, body in wear.bodies.items():
         told = (
-            _shown_in(body.volume, "mm^3"),
+            in_unit(body.volume, "mm^3", ""),
             f"wear depth {body.depth.shown('um')}" if body.depth else "",
-            _shown_in(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
+            in_unit(body.specific_wear_rate, SPECIFIC_WEAR_RATE, ""),
         )
         if any(told):
             yield Fact(outline.manifest.worded(f"wear of the {spoken(name)}"), "; ".join(filter(None, told)))
-
-
-def _shown_in(quantity: "Quantity | None", unit: str) -> str:
-    return "" if quantity is None else quantity.shown(unit)
 
 
 def _of_fit(fit: WearFit, outline: "RunOutline") -> Iterator[Fact]:

@@ -148,7 +148,7 @@ def _less_repeated(outcome: "Outcome", warned: "set[tuple[str, str, str]]") -> "
 
 def _draw(store: "Archive", outcomes: "list[Outcome]", who: "Crew", formats: "Sequence[str]") -> "list[Outcome]":
     """Save figures that are not up to date."""
-    from tribopipe.views.figure_updates import drawn, figure_steps
+    from tribopipe.views.archived_figures import drawn, figure_steps
 
     steps = figure_steps(store, outcomes, formats)
     return followed(drawn(steps, who), "figures", len(steps))

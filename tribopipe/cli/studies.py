@@ -227,7 +227,7 @@ def figures(
         require_folder(into)
     store = load_archive(archive)
     for study_id in ids or store.study_ids():
-        for path in save_study_figures(store, study_id, into, formats or ()):
+        for path in save_study_figures(store, study_id, formats or (), into):
             print_result(str(path))
 
 

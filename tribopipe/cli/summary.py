@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
-from tribopipe.archive.outline import RunOutline, StepOutline
-from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName, StepOutline
 from tribopipe.archive.store import Archive
-from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
+from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.cli.output import record_json, table
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, force
@@ -16,6 +16,7 @@ from tribopipe.results.evaluation import DriftCorrection, FrictionFit
 from tribopipe.results.specific_wear import SpecificWear, measured_quantity
 from tribopipe.results.wear_fit import WearFit
 from tribopipe.results.wear_prediction import PredictedBody, WearPrediction
+from tribopipe.views.page import bare
 
 R = TypeVar("R")
 
@@ -83,12 +84,12 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
         [
             run.manifest.id,
             spoken(run.manifest.described.body_name(name)),
-            _cell(body.depth, "um"),
-            _cell(body.volume, "mm^3"),
+            bare(body.depth, "um"),
+            bare(body.volume, "mm^3"),
             measured_quantity(body.volume_by) if body.volume_by else "–",
             "–" if found.normal_load is None else force(found.normal_load),
-            _cell(found.sliding_distance, "m"),
-            _cell(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
+            bare(found.sliding_distance, "m"),
+            bare(body.specific_wear_rate, SPECIFIC_WEAR_RATE),
         ]
         for name, body in found.bodies.items()
         if body.volume is not None
@@ -114,9 +115,9 @@ def _rows(run: RunOutline, laws: Sequence[LawName]) -> list[list[str]]:
             [
                 "" if rows else run.manifest.id,
                 run.manifest.worded(spoken(name)),
-                "" if rows else _cell(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
+                "" if rows else bare(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
                 *([""] * 3 if rows else _friction_cells(_result(steps, "friction_fit"))),
-                *(_cell(None if one is None else one.wear_coefficient, WEAR_COEFFICIENT) for one in found),
+                *(bare(None if one is None else one.wear_coefficient, WEAR_COEFFICIENT) for one in found),
                 _wear(measured),
                 *(_wear(_predicted(one.get(name), measured)) for one in ends),
                 "" if rows else reference or ("(fitted)" if fitted else "–"),
@@ -155,10 +156,5 @@ def _friction_cells(friction: object) -> list[str]:
     if not isinstance(friction, FrictionFit) or friction.outcome == "none":
         return ["–"] * 3
     if friction.outcome == "steady-only":
-        return ["–", _cell(friction.steady_state, "1"), "not exponential" if friction.window else "–"]
-    return [_cell(friction.amplitude, "1"), _cell(friction.steady_state, "1"), _cell(friction.running_in_distance, "m")]
-
-
-def _cell(quantity: Quantity | None, unit: str) -> str:
-    """Format a number whose unit is in the header of its column."""
-    return "–" if quantity is None else quantity.shown(unit).removesuffix(f" {pretty(unit)}")
+        return ["–", bare(friction.steady_state, "1"), "not exponential" if friction.window else "–"]
+    return [bare(friction.amplitude, "1"), bare(friction.steady_state, "1"), bare(friction.running_in_distance, "m")]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from tribopipe.base.units import WEAR_COEFFICIENT, pretty
 from tribopipe.cli.output import print_result, table
-from tribopipe.documents.quantity import between
+from tribopipe.documents.quantity import between, in_unit
 
 if TYPE_CHECKING:
     from tribopipe.documents.quantity import Quantity
@@ -67,7 +67,7 @@ def _cell(head: "Head", cell: "Cell") -> str:
 
 
 def _shown(quantity: "Quantity | None", name: str) -> str:
-    return "–" if quantity is None else quantity.shown(_UNITS.get(name))
+    return in_unit(quantity, _UNITS.get(name), "–")
 
 
 def _interval(row: "Row") -> str:

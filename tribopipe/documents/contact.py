@@ -330,7 +330,7 @@ class Contact(Record):
 
     @property
     def round_surfaces(self) -> dict[str, Quantity]:
-        """Radius of the unworn surface that a profile leads across, m, by the role of the body; None if it is flat."""
+        """Radius of the unworn surface that a profile leads across, m, by the role of the body; empty if flat."""
         return {}
 
     @property
@@ -482,7 +482,7 @@ class SlidingPin(Contact):
 
     @property
     def round_surfaces(self) -> dict[str, Quantity]:
-        """Radius of the tip, m; None for a flat pin."""
+        """Radius of the tip, m, by the role of the pin; empty for a flat pin."""
         return {"pin": self.pin.radius} if self.pin.widens else {}
 
     @property

@@ -79,7 +79,7 @@ def body_like(contact: Contact, name: str) -> str:
 
 
 def variants(kind: str | None) -> tuple[type[Contact], ...]:
-    """Return the classes of a kind that is installed: with a pin, and with a ball instead; none without a kind."""
+    """Return the classes of a kind that is installed: with a pin, and with a ball instead; empty without a kind."""
     named = (contact_named(kind), None if kind is None else WITH_BALL.get(kind))
     return tuple(one for one in named if one is not None)
 

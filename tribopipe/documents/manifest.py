@@ -178,11 +178,7 @@ class Conditions(Record):
 
         It is once around the circle; a reciprocating pin passes twice per cycle, on average after one stroke.
         """
-        if self.track_radius is None:
-            return self.stroke
-        radius, around = self.track_radius, 2 * math.pi
-        spread = None if radius.standard_uncertainty is None else around * radius.standard_uncertainty
-        return Quantity(value=around * radius.value, unit="m", standard_uncertainty=spread)
+        return self.stroke if self.track_radius is None else scaled(self.track_radius, 2 * math.pi)
 
     @model_validator(mode="after")
     def _a_pin_slides_in_a_circle_or_there_and_back(self) -> Self:

@@ -235,9 +235,19 @@ def wear_coefficient(value: float, standard_uncertainty: float | None = None) ->
     return Quantity(value=value, unit="m^2/N", standard_uncertainty=standard_uncertainty)
 
 
+def meters(value: float, standard_uncertainty: float | None = None) -> Quantity:
+    """Return a length or distance, m."""
+    return Quantity(value=value, unit="m", standard_uncertainty=standard_uncertainty)
+
+
 def in_both_units(coefficient: Quantity) -> str:
     """Write a k_D that is the answer for readers of either unit: mm³/(N·mm) and mm³/(N·m)."""
     return " = ".join(coefficient.shown(unit) for unit in (units.WEAR_COEFFICIENT, units.SPECIFIC_WEAR_RATE))
+
+
+def in_unit(quantity: Quantity | None, unit: str | None, unknown: str = "unknown") -> str:
+    """Write a quantity for people in a unit; without a quantity, return ``unknown``."""
+    return unknown if quantity is None else quantity.shown(unit)
 
 
 def force(load: Quantity) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from tribopipe.documents.preprocessing import AUTOMATIC, CleaningStep
-from tribopipe.documents.quantity import Length, Mass, Position
+from tribopipe.documents.quantity import Length, Mass, Position, Quantity, meters
 from tribopipe.documents.record import InstalledName, Record
 from tribopipe.physics.calculation_methods import LAW_GROUP, LAW_PATTERN, DistanceConvention, WearEngine
 
@@ -21,7 +21,7 @@ class DriftRecipe(Record):
 
     window: float = Field(default=0.02, gt=0, lt=0.5)
     """Fraction of the distance at each end that gives zero offset and final value in the two-step correction."""
-    prior: Length = Field(default_factory=lambda: _length(250e-9))
+    prior: Length = Field(default_factory=lambda: meters(250e-9))
     """Standard uncertainty of the drift over a whole test, used only if no wear was measured after it.
 
     The default is the largest discrepancy that the paper found.
@@ -87,13 +87,13 @@ class DefaultUncertainty(Record):
     """Relative, for each body."""
     track_radius: float = Field(default=0.01, ge=0)
     """Relative: track radius, or stroke."""
-    track_width: Length = Field(default_factory=lambda: _length(2e-6))
+    track_width: Length = Field(default_factory=lambda: meters(2e-6))
     """Absolute: approximately the resolution of an optical microscope."""
-    pin_scar_diameter: Length = Field(default_factory=lambda: _length(2e-6))
+    pin_scar_diameter: Length = Field(default_factory=lambda: meters(2e-6))
     """Absolute: approximately the resolution of an optical microscope."""
-    wear_depth: Length = Field(default_factory=lambda: _length(250e-9))
+    wear_depth: Length = Field(default_factory=lambda: meters(250e-9))
     """Absolute: the largest discrepancy found in the paper."""
-    mass_loss: Mass = Field(default_factory=lambda: _mass(1e-7))
+    mass_loss: Mass = Field(default_factory=lambda: Quantity(value=1e-7, unit="kg"))
     """Absolute: approximately the repeatability of an analytical balance."""
     unseen_groove: float = Field(default=0.15, ge=0)
     """Depth of a possible groove in an unmeasured disc, relative to the wear depth of a pin that is not flat."""
@@ -106,18 +106,6 @@ class MonteCarloRecipe(Record):
     """Digits of the standard uncertainty that must be stable before sampling ends (7.9.2); 0: first-order only."""
     seed: int = Field(default=1, ge=0)
     """Seed of the random numbers."""
-
-
-def _length(metres: float) -> Length:
-    from tribopipe.documents.quantity import Quantity
-
-    return Quantity(value=metres, unit="m")
-
-
-def _mass(kilograms: float) -> Mass:
-    from tribopipe.documents.quantity import Quantity
-
-    return Quantity(value=kilograms, unit="kg")
 
 
 class Recipe(Record):

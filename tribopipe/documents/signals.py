@@ -49,6 +49,8 @@ SIGNALS: dict[SignalName, Signal] = {
     "temperature": Signal("temperature", "temperature at the test rig"),
     "relative_humidity": Signal("percentage", "relative humidity at the test rig"),
 }
+AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
+"""Signals that grow during a test: axes of the others."""
 SENSED: tuple[SignalName, ...] = ("depth", "normal_force", "friction_force", "temperature", "relative_humidity")
 """Signals that a sensor of their own reads."""
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.units import show
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
@@ -226,7 +226,7 @@ def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:
     if len(mu) < _FEWEST_SAMPLES:
         return FrictionFit(outcome="none", notes=(f"{len(mu)} friction samples are too few to fit",))
-    window = (_metres(float(distance[0])), _metres(float(distance[-1])))
+    window = (meters(float(distance[0])), meters(float(distance[-1])))
     if np.median(mu) < 0:
         return _steady_only(mu, ("friction is negative: check the sign of the friction force",), window)
     if window[0].value == window[1].value:
@@ -243,7 +243,7 @@ def _fit_window(distance: Column, mu: Column) -> FrictionFit:
         notes=_cautions(fit, distance),
         amplitude=_ratio(float(fit.parameters[0]), float(spread[0])),
         steady_state=_ratio(float(fit.parameters[1]), float(spread[1])),
-        running_in_distance=_metres(fit.running_in, float(spread[2])),
+        running_in_distance=meters(fit.running_in, float(spread[2])),
         covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
         window=window,
         residual_deviation=_ratio(float(np.std(fit.residuals, ddof=3))),
@@ -436,7 +436,3 @@ def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
 
 def _ratio(value: float, spread: float | None = None) -> Quantity:
     return Quantity(value=value, unit="1", standard_uncertainty=spread)
-
-
-def _metres(value: float, spread: float | None = None) -> Quantity:
-    return Quantity(value=value, unit="m", standard_uncertainty=spread)

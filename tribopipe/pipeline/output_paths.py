@@ -17,7 +17,7 @@ MADE_BY = "tribopipe"
 _SEEN = 8192
 """Bytes at either end of a file in which it may report it."""
 Own = Callable[[Path], bool]
-"""Return whether a file that is there was made by the same command."""
+"""A function that returns whether an existing file was made by the same command."""
 
 
 def made_here(path: Path) -> bool:

@@ -129,10 +129,10 @@ def reproduce(archive: Archive, run_id: str) -> Reproduction:
 
 def _raw(archive: Archive, run_id: str) -> Redone:
     run = archive.raw(run_id)
-    return redo("raw", _told_of_run(run), lambda: _told_of_run(read_again(run)), archive.environment(run_id))
+    return redo("raw", _run_content(run), lambda: _run_content(read_again(run)), archive.environment(run_id))
 
 
-def _told_of_run(run: RawRun) -> Mapping[str, Any]:
+def _run_content(run: RawRun) -> Mapping[str, Any]:
     return {
         "manifest": run.manifest,
         "columns": run.columns,
@@ -145,12 +145,12 @@ def _told_of_run(run: RawRun) -> Mapping[str, Any]:
 
 def _step(archive: Archive, run_id: str, step: Step) -> Redone:
     def compute() -> Mapping[str, Any]:
-        return _told_of_step(planned_again(archive, run_id, step).take())
+        return _step_content(planned_again(archive, run_id, step).take())
 
-    return redo(step.name, _told_of_step(step), compute, step.environment or {"tribopipe": step.program_version})
+    return redo(step.name, _step_content(step), compute, step.environment or {"tribopipe": step.program_version})
 
 
-def _told_of_step(step: Step) -> Mapping[str, Any]:
+def _step_content(step: Step) -> Mapping[str, Any]:
     return {
         "result": step.result,
         "curves": _with_units(step.curves),
@@ -170,10 +170,10 @@ def reproduce_study(archive: Archive, study_id: str) -> Reproduction:
     stored = archive.study(study_id)
 
     def compute() -> Mapping[str, Any]:
-        return _told(_as_archived(_planned_again(archive, stored).take()))
+        return _study_content(_as_archived(_planned_again(archive, stored).take()))
 
     versions = stored.environment or {"tribopipe": stored.program_version}
-    return Reproduction(study_id, "study", (redo("study", _told(stored), compute, versions),))
+    return Reproduction(study_id, "study", (redo("study", _study_content(stored), compute, versions),))
 
 
 def _planned_again(archive: Archive, stored: StoredStudy) -> PlannedStudy:
@@ -200,5 +200,5 @@ def _as_archived(study: StoredStudy) -> StoredStudy:
         return read_study(file)
 
 
-def _told(study: StoredStudy) -> Mapping[str, Any]:
+def _study_content(study: StoredStudy) -> Mapping[str, Any]:
     return {"result": study.result, "curves": [asdict(curve) for curve in study.curves]}

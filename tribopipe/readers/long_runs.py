@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.files import pieces_of
 from tribopipe.documents.manifest import RunManifest, SignalFile
-from tribopipe.documents.signals import SignalName
+from tribopipe.documents.signals import AXES, SignalName
 from tribopipe.evaluation.preprocessing.workbench import fewer
 from tribopipe.readers import long_text
 from tribopipe.readers.column_mapping import (
@@ -50,7 +50,6 @@ _IN_A_STROKE = 20
 """Samples that a stroke of a test there and back is left with at least."""
 _FAR_OFF = 1000.0
 """An error code is so many times as large as nine tenths of the samples about it."""
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 
 Places = NDArray[np.int64]
 Name = str | int
@@ -120,7 +119,7 @@ class Means:
         """Return where means begin, and where one has to, whatever stands before it."""
         length = len(next(iter(block.values())))
         forced = {0, 1} if self._first_alone else {0}
-        for name in _AXES:
+        for name in AXES:
             if name in block:
                 falls = np.flatnonzero(block[name][1:] < block[name][:-1]) + 1
                 forced.update(falls.tolist(), (falls - 1).tolist(), (falls + 1).tolist())
@@ -135,7 +134,7 @@ class Means:
         self._starts.append(starts + self._rows)
         for name, values in block.items():
             part = values[:end]
-            mean = part[starts] if part.dtype == object else _means(part, starts, counts, axis=name in _AXES)
+            mean = part[starts] if part.dtype == object else _means(part, starts, counts, axis=name in AXES)
             self._means.setdefault(name, []).append(mean)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError, did_you_mean
 from tribopipe.documents.manifest import SignalFile
-from tribopipe.documents.signals import SignalName
+from tribopipe.documents.signals import AXES, SignalName
 from tribopipe.readers.column_mapping import Part
 from tribopipe.readers.reader import ReadTable
 from tribopipe.readers.tables import bare_name
@@ -27,7 +27,6 @@ _NAMES = (
     *("paso", "passo", "sequenceid", "sequence", "stage", "recipestep", "segment"),
 )
 """Names of step columns in the form of ``_plain``: recorded steps before steps of the recipe."""
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _MOST_STEPS = 1000
 """A column of more different numbers counts rows or cycles."""
 _SMOOTH = 1.5
@@ -155,7 +154,7 @@ class Steps:
             return part
         numbers = _numbers(values, name, self.file, line_of)
         self.seen.update(map(int, np.unique(numbers)))
-        axes = {axis: part.columns[axis] for axis in _AXES if axis in part.columns}
+        axes = {axis: part.columns[axis] for axis in AXES if axis in part.columns}
         last, carried = self._last, int(self._last is not None)
         if last is not None:
             numbers = np.concatenate([[last.number], numbers])

@@ -7,8 +7,8 @@ from tribopipe.documents.quantity import (
     Metres,
     MetresPerSecond,
     Number,
-    Quantity,
     Seconds,
+    in_unit,
 )
 from tribopipe.documents.recipe import Correction
 from tribopipe.documents.record import Record
@@ -88,14 +88,13 @@ class DriftCorrection(Record):
     def __str__(self) -> str:
         if self.outcome == "uncorrected":
             return f"no drift correction: missing {' and '.join(self.missing)}"
+        rate = in_unit(self.drift_rate, "nm/min")
         if self.anchor is None:
-            return (
-                f"drift {_in(self.drift_rate, 'nm/min')}, from the sensor alone: the wear of the pin was not measured"
-            )
-        both = "" if self.model is None else f" (two-step {_in(self.two_step_rate, 'nm/min')})"
+            return f"drift {rate}, from the sensor alone: the wear of the pin was not measured"
+        both = "" if self.model is None else f" (two-step {in_unit(self.two_step_rate, 'nm/min')})"
         return (
-            f"drift {_in(self.drift_rate, 'nm/min')}{both}, discrepancy {_in(self.discrepancy, 'um')} against "
-            f"the {measured_quantities(self.anchor)}, final wear depth {_in(self.end_wear_depth, 'um')}"
+            f"drift {rate}{both}, discrepancy {in_unit(self.discrepancy, 'um')} against "
+            f"the {measured_quantities(self.anchor)}, final wear depth {in_unit(self.end_wear_depth, 'um')}"
         )
 
 
@@ -186,7 +185,3 @@ class FrictionFit(FitRecord):
             f"μ(s) = A·exp(−s/c) + b with A = {self.amplitude}, b = {self.steady_state}, c = {self.running_in_distance}"
         )
         return text + (f" ({'; '.join(self.notes)})" if self.notes else "")
-
-
-def _in(quantity: Quantity | None, unit: str) -> str:
-    return "unknown" if quantity is None else quantity.shown(unit)

@@ -153,7 +153,7 @@ class LocalWearResult(Record):
 
     @property
     def pair(self) -> tuple[str, ...]:
-        """Names of a pin and of its counterbody, both of which wear; none of other bodies."""
+        """Names of a pin and of its counterbody, both of which wear; empty for other bodies."""
         return next((tuple(one.bodies) for one in self.points if isinstance(one, LocalPairPoint)), ())
 
     def told(self, notes: Iterable[str]) -> "LocalWearResult":

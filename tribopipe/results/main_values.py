@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 from tribopipe.base.units import KINDS, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.quantity import Quantity, change
+from tribopipe.documents.quantity import Quantity, change, in_unit
 from tribopipe.documents.record import Record
 from tribopipe.results.evaluation import DriftCorrection
 from tribopipe.results.wear_fit import WearFit
@@ -54,7 +54,7 @@ def changes(before: Headline, result: Record | None) -> Iterator[str]:
     for name in dict.fromkeys((*after, *before)):
         label, unit = _shown(name)
         earlier, now = before.get(name), after.get(name)
-        if _in(earlier, unit) != _in(now, unit):
+        if in_unit(earlier, unit) != in_unit(now, unit):
             yield f"{model}{label} {change(earlier, now, unit)}"
 
 
@@ -63,7 +63,3 @@ def _shown(name: str) -> tuple[str, str]:
     if name == "drift_rate":
         return "drift rate", KINDS["drift rate"].shown
     return f"k_D of the {spoken(name)}", WEAR_COEFFICIENT
-
-
-def _in(quantity: Quantity | None, unit: str) -> str | None:
-    return None if quantity is None else quantity.shown(unit)

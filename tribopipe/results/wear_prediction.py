@@ -142,13 +142,13 @@ class WearPrediction(Record):
             f"{spoken(name)} k_D = {body.wear_coefficient.shown(WEAR_COEFFICIENT)}"
             for name, body in self.bodies.items()
         )
-        others = (f"{spoken(name)} {one.shown(_UNITS[one.unit])}" for name, one in self.conditions.items())
+        others = (f"{spoken(name)} {one.shown(CONDITION_UNITS[one.unit])}" for name, one in self.conditions.items())
         head = f"{self.model}{by(self.engine)}, {self.scheme}{counted}: "
         lines = [head + ", ".join([*used, f"normal load {force(self.normal_load)}", *others])]
         return "\n".join([*lines, *(f"  {line}" for line in (*self.prediction, *self.reached, *self.notes))])
 
 
-_UNITS = {"m": "mm", "1": "%"}
+CONDITION_UNITS = {"m": "mm", "1": "%"}
 """Units in which people read sizes and ratios."""
 
 

@@ -1,10 +1,12 @@
-"""Figures of archived runs, saved next to the archive; captions of the figures of runs and studies.
+"""Figures of archived runs and studies, saved next to the archive, and their captions.
 
-Captions are also the text for screen readers.
+Captions are also the text for screen readers. After a batch, figures are updated, including those that an earlier,
+interrupted batch did not draw.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,12 +17,15 @@ from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, Ste
 from tribopipe.archive.store import Archive
 from tribopipe.archive.studyfile import StoredStudy
 from tribopipe.base.arrays import Column
+from tribopipe.base.errors import TribopipeError
+from tribopipe.base.executor import ALONE, Crew, in_turn
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.study.k_d_along_test import effective_coefficient
 from tribopipe.evaluation.study.member import Member
 from tribopipe.physics.laws import law_title
 from tribopipe.pipeline.archived_results import archived_correction, archived_friction, archived_member
+from tribopipe.pipeline.stages import Outcome, attempted
 from tribopipe.pipeline.step_definitions import recipe_of
 from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.views.clean_up_figures import changed_signals, plot_clean_up
@@ -102,19 +107,31 @@ def save_run_figures(
     figures/ unless named; there, a figure that was drawn before of what the run no longer has is deleted. Raises
     ``ArchiveError`` if the run is not in the archive, or figures cannot be written.
     """
-    figures = run_figures(archive, run_id)
-    endings = [f".{name}" for name in formats or ("png",)]
-    named = {f"{run_id}-{what}{ending}": figure for what, figure in figures.items() for ending in endings}
-    captions = {f"{run_id}-{what}.txt": RUN_CAPTIONS[what] for what in figures} if formats else None
-    if into is not None:
-        save_figures(into, named, captions)
-        return [into / name for name in named]
-    folder = archive.folder / FIGURES
-    save_beside(archive, run_id, named, captions)
-    for what in set(_DRAWN) - figures.keys():
-        for ending in (*endings, ".txt"):
-            (folder / f"{run_id}-{what}{ending}").unlink(missing_ok=True)
-    return [folder / name for name in named]
+    figures, kinds = run_figures(archive, run_id), formats or ("png",)
+    saved = _save(archive, run_id, figures, kinds, RUN_CAPTIONS if formats else None, into)
+    if into is None:
+        for what in set(_DRAWN) - figures.keys():
+            for kind in (*kinds, "txt"):
+                (archive.folder / FIGURES / f"{run_id}-{what}.{kind}").unlink(missing_ok=True)
+    return saved
+
+
+def _save(
+    archive: Archive,
+    identifier: str,
+    figures: "Mapping[str, Figure]",
+    kinds: Sequence[str],
+    captions: Mapping[str, str] | None,
+    into: Path | None,
+) -> list[Path]:
+    """Write figures of a run or study as files of these kinds, with captions for print. Return the files."""
+    named = {f"{identifier}-{what}.{kind}": figure for what, figure in figures.items() for kind in kinds}
+    texts = None if captions is None else {f"{identifier}-{what}.txt": captions[what] for what in figures}
+    if into is None:
+        save_beside(archive, identifier, named, texts)
+    else:
+        save_figures(into, named, texts)
+    return [(into or archive.folder / FIGURES) / name for name in named]
 
 
 def run_is_drawn(archive: Archive, run_id: str, formats: Sequence[str] = ()) -> bool:
@@ -181,7 +198,7 @@ def study_figures(archive: Archive, study_id: str) -> "dict[str, Figure]":
 
 
 def save_study_figures(
-    archive: Archive, study_id: str, into: Path | None = None, formats: Sequence[str] = ()
+    archive: Archive, study_id: str, formats: Sequence[str] = (), into: Path | None = None
 ) -> list[Path]:
     """Draw a study. Return the files, <into>/<study>-<what>; SVG and PNG unless ``formats`` are specified.
 
@@ -189,16 +206,10 @@ def save_study_figures(
     Raises as ``study_figures`` does.
     """
     figures = study_figures(archive, study_id)
-    named = {f"{study_id}-{what}.{kind}": figure for what, figure in figures.items() for kind in formats or _USUAL}
     laws = archive.study_outline(study_id).result.laws
     discs = any(law.distance_per_rotation is not None for law in laws)
-    captions = {f"{study_id}-{what}.txt": study_caption(what, discs=discs) for what in figures} if formats else None
-    folder = into or archive.folder / FIGURES
-    if into is None:
-        save_beside(archive, study_id, named, captions)
-    else:
-        save_figures(folder, named, captions)
-    return [folder / name for name in named]
+    captions = {what: study_caption(what, discs=discs) for what in figures} if formats else None
+    return _save(archive, study_id, figures, formats or _USUAL, captions, into)
 
 
 def study_is_drawn(archive: Archive, study_id: str, formats: Sequence[str] = ()) -> bool:
@@ -230,3 +241,53 @@ def _recorded(runs: Sequence[Member]) -> Mapping[str, tuple[Column, Column]]:
     """Return the corrected wear of the pins; a fit of drift together with k_D has its own, which the study contains."""
     curves = {run.id: (run.corrected.run.sliding_distance, run.corrected.pin_wear_depth) for run in runs}
     return {run_id: (distance, depth) for run_id, (distance, depth) in curves.items() if depth is not None}
+
+
+_Update = tuple[str, Callable[[], Outcome]]
+"""A run or study by its id, and the function that updates its figures."""
+
+
+def figure_steps(archive: Archive, outcomes: Sequence[Outcome], formats: Sequence[str] = ()) -> list[_Update]:
+    """Return what to draw after these steps: each study and run by its id, and the function that draws it.
+
+    Studies have the most to draw: a worker that began one last would keep the others waiting. ``formats`` are those
+    for print; none for figures of the screen.
+    """
+    sound = [outcome for outcome in outcomes if outcome.error is None]
+    runs = _changed([outcome for outcome in sound if outcome.stage != "study"])
+    studies = _changed([outcome for outcome in sound if outcome.stage == "study"])
+    return [
+        *((name, partial(_update_study, archive, name, formats, changed)) for name, changed in studies),
+        *((name, partial(_update_run, archive, name, formats, changed)) for name, changed in runs),
+    ]
+
+
+def drawn(steps: Sequence[_Update], crew: Crew = ALONE) -> Iterator[Outcome]:
+    """Draw the figures; yield the outcome for each run and study. One that fails does not stop the others."""
+    for (name, _), answer in in_turn(_attempted, steps, crew):
+        yield Outcome.failed(name, "figures", answer) if isinstance(answer, TribopipeError) else answer
+
+
+def _attempted(step: _Update) -> Outcome:
+    name, update = step
+    return attempted(name, "figures", update)
+
+
+def _changed(outcomes: Sequence[Outcome]) -> list[tuple[str, bool]]:
+    """Return each id with whether any of its steps was performed in this batch."""
+    done = {outcome.run_id for outcome in outcomes if outcome.status == "done"}
+    return [(name, name in done) for name in dict.fromkeys(outcome.run_id for outcome in outcomes)]
+
+
+def _update_run(archive: Archive, run_id: str, formats: Sequence[str], changed: bool) -> Outcome:
+    if not changed and run_is_drawn(archive, run_id, formats):
+        return Outcome(run_id, "figures", "unchanged")
+    save_run_figures(archive, run_id, formats)
+    return Outcome(run_id, "figures", "done")
+
+
+def _update_study(archive: Archive, study_id: str, formats: Sequence[str], changed: bool) -> Outcome:
+    if not changed and study_is_drawn(archive, study_id, formats):
+        return Outcome(study_id, "figures", "unchanged")
+    save_study_figures(archive, study_id, formats)
+    return Outcome(study_id, "figures", "done")

@@ -12,7 +12,7 @@ from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.results.run import RawRun
 from tribopipe.views.decimation import thinned
 from tribopipe.views.plot import Panel
-from tribopipe.views.run_figures import GREY, PALETTE, finish, styled
+from tribopipe.views.run_figures import GREY, PALETTE, finish, key, styled
 from tribopipe.views.run_plots import AXES, clean_up_panels
 
 if TYPE_CHECKING:
@@ -62,8 +62,7 @@ def plot_clean_up(raw: RawRun, cleaned: RawRun, record: CleanUp) -> "Figure":
     some = f", {len(names)} of {len(changed)} signals" if len(changed) > len(names) else ""
     finish(panels[0], f"{raw.id}: preprocessing{some}", _words(names[0], record) if names else str(record))
     panels[-1].set_xlabel(axis("time", "s"))
-    lines = {line.get_label(): line for ax in panels for line in ax.lines}
-    figure.legend(lines.values(), lines.keys(), loc="outside lower center", ncols=2)
+    key(figure, panels)
     return figure
 
 

@@ -40,22 +40,17 @@ def csv_kinds(archive: Archive, run_id: str) -> list[str]:
         return [name for name, kind in _KINDS.items() if kind.path in file["entry"]]
 
 
-def csv_bytes(archive: Archive, run_id: str, what: str) -> bytes:
-    """Return one of ``CSV_KINDS`` of a run as CSV (RFC 4180), in UTF-8.
-
-    Headers are names and units, "depth [m]"; missing values are empty fields. Raises ``ArchiveError`` if the run does
-    not exist, has no such table, or stores data in another file.
-    """
-    return b"".join(csv_parts(archive, run_id, what))
-
-
 def csv_parts(archive: Archive, run_id: str, what: str) -> Iterator[bytes]:
-    """Yield the same as ``csv_bytes`` in parts; errors are raised before the first part."""
+    """Return an iterator over the parts of one of ``CSV_KINDS`` of a run as CSV (RFC 4180), in UTF-8.
+
+    Headers are names and units, "depth [m]"; missing values are empty fields. Raises ``ArchiveError``, before the first
+    part, if the run does not exist, has no such table, or stores data in another file.
+    """
     return csv_of(csv_columns(archive, run_id, what))
 
 
 def csv_columns(archive: Archive, run_id: str, what: str) -> Columns:
-    """Return one of ``CSV_KINDS`` of a run as columns of equal length by header; raises as ``csv_bytes`` does."""
+    """Return one of ``CSV_KINDS`` of a run as columns of equal length by header; raises as ``csv_parts`` does."""
     there = csv_kinds(archive, run_id)
     if what not in there:
         raise lacking(run_id, what, there)

@@ -14,8 +14,9 @@ import numpy as np
 from tribopipe.archive.catalog.catalog import Catalogue
 from tribopipe.archive.catalog.listing import columns_named, usual_columns
 from tribopipe.archive.store import Archive, ArchivedRun
-from tribopipe.base.errors import FitError, NotInstalledError, unknown_name
+from tribopipe.base.errors import FitError, unknown_name
 from tribopipe.base.files import replacing
+from tribopipe.base.optional_packages import required
 from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import between
@@ -61,14 +62,14 @@ def column(name: str, values: UnitColumn) -> "Series[float]":
 def dataset(columns: Columns) -> Any:
     """Return columns as an xarray Dataset. Raises ``NotInstalledError`` if xarray is not installed."""
     variables = {name: ("sample", one.values, {"units": one.unit}) for name, one in columns.items()}
-    return _xarray().Dataset(variables)
+    return required("xarray", "xarray", "datasets").Dataset(variables)
 
 
 def datatree(run: ArchivedRun) -> Any:
     """Return the tables of an archived run as an xarray DataTree: a group for each."""
     archive, kinds = run.archive, csv_kinds(run.archive, run.id)
     groups = {what: dataset(_by_name(csv_columns(archive, run.id, what))) for what in kinds}
-    tree = _xarray().DataTree.from_dict(groups, name=run.id)
+    tree = required("xarray", "xarray", "datasets").DataTree.from_dict(groups, name=run.id)
     tree.attrs["run"] = run.id
     return tree
 
@@ -77,16 +78,6 @@ def _by_name(columns: Mapping[str, Any]) -> dict[str, UnitColumn]:
     """Return columns by their names, without the units in the headers of CSV files: "depth [m]"."""
     parted = {head: head.removesuffix("]").rpartition(" [") for head in columns}
     return {name or head: UnitColumn(columns[head], unit if name else "") for head, (name, _, unit) in parted.items()}
-
-
-def _xarray() -> Any:
-    try:
-        import xarray
-    except ImportError:
-        raise NotInstalledError(
-            'xarray: not installed; expected this package for datasets; run pip install "tribopipe[xarray]"'
-        ) from None
-    return xarray
 
 
 def write_csv(columns: Columns, path: str | PathLike[str], *, force: bool) -> None:

@@ -39,10 +39,10 @@ def local_wear_figures(curves: LocalCurves, run_id: str) -> "dict[str, Figure]":
     return {"local-wear": plot_local_wear(curves, run_id), "local-pressure": pressure(curves, run_id)}
 
 
-def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path, suffix: str = ".png") -> list[Path]:
+def save_local_wear_figures(curves: LocalCurves, run_id: str, folder: Path) -> list[Path]:
     """Draw local wear, and return the files written: <folder>/<id>-<what>.png."""
     figures = local_wear_figures(curves, run_id)
-    paths = {what: folder / f"{run_id}-{what}{suffix}" for what in figures}
+    paths = {what: folder / f"{run_id}-{what}.png" for what in figures}
     for what, path in paths.items():
         save_figure(figures[what], path)
     return list(paths.values())

@@ -3,7 +3,7 @@
 Texts must be escaped for the output, since they contain input from users.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -40,6 +40,12 @@ class TextTable:
     rows: tuple[tuple[str, ...], ...]
     spare: tuple[str, ...] = ()
     """Columns that are omitted on a narrow terminal."""
+
+    @classmethod
+    def of_rows(cls, title: str, rows: Sequence[Mapping[str, str | None]], missing: str) -> "TextTable":
+        """Return a table of rows whose cells have the names of their columns; without rows, it has no columns."""
+        columns = tuple(dict.fromkeys(name for row in rows for name in row))
+        return cls(title, columns, tuple(tuple(row.get(name) or missing for name in columns) for row in rows))
 
     def without_spare(self) -> "TextTable":
         """Return the table without the columns that may be omitted."""

@@ -23,7 +23,7 @@ from tribopipe.base.files import clear_leftovers_of, replacing
 from tribopipe.base.units import WEAR_COEFFICIENT, from_si, pretty
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import in_unit
 from tribopipe.documents.recipe import LawName
 from tribopipe.physics.laws import LAWS, law_label
 from tribopipe.pipeline.output_paths import MADE_BY, made_here, require_free
@@ -238,7 +238,7 @@ def _drift_words(corrected: CorrectedRun) -> str:
     correction = corrected.correction
     if correction.end_wear_depth is None:
         return in_lines(_with_minus(corrected.run.manifest.worded(str(correction))))
-    rate, discrepancy = _shown(correction.drift_rate, "nm/min"), _shown(correction.discrepancy, "um")
+    rate, discrepancy = in_unit(correction.drift_rate, "nm/min"), in_unit(correction.discrepancy, "um")
     return _with_minus(f"drift {rate}, discrepancy {discrepancy}")
 
 
@@ -355,7 +355,7 @@ def _wear_words(curves: WearCurves) -> str:
     known = {name: body.wear_coefficient for name, body in result.bodies.items()}
     if result.distance_per_rotation is None:
         first = next(iter(known.values()), None)
-        return f"{law_label(result.model)}: $k_\\mathrm{{D}}$ = {_shown(first, WEAR_COEFFICIENT)}"
+        return f"{law_label(result.model)}: $k_\\mathrm{{D}}$ = {in_unit(first, WEAR_COEFFICIENT)}"
     each = ", ".join(
         f"{value.shown(WEAR_COEFFICIENT).removesuffix(f' {unit}')} ({spoken(name)})"
         for name, value in known.items()
@@ -370,10 +370,6 @@ def basis_words(fits: Iterable[WearFit]) -> list[str]:
     """State the source of a k_D that is not from both depth signal and measurement, in the words of its findings."""
     findings = first_of_each_code(finding for fit in fits for finding in fit.findings)
     return [f"{finding.where}: {finding.message}" for finding in findings if finding.code in _ON_BASIS]
-
-
-def _shown(quantity: Quantity | None, unit: str) -> str:
-    return "unknown" if quantity is None else quantity.shown(unit)
 
 
 def _stacked(panels: Sequence[Panel], title: str, words: str, label: str) -> "Figure":

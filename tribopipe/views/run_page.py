@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from tribopipe.archive.outline import RunOutline, StepOutline
-from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName
+from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.step_names import LOCAL_WEAR, PREDICTIONS, WEAR_FITS, StepName, StepOutline
 from tribopipe.archive.store import Archive
 from tribopipe.base.column_formatting import moment
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, show
@@ -36,7 +36,7 @@ from tribopipe.views.page import (
     record_facts,
     shown,
 )
-from tribopipe.views.wear_sections import Steps, Told, local_wear_told, prediction_told, wear_fit_told
+from tribopipe.views.wear_sections import Section, Steps, local_wear_section, prediction_section, wear_fit_section
 
 _TITLES: Mapping[StepName, str] = {
     "clean_up": "Preprocessing",
@@ -61,14 +61,14 @@ def stage_pages(steps: Steps, worded: Callable[[str], str] = str) -> tuple[Stage
 
 
 def _stage_page(step: StepOutline, steps: Steps, worded: Callable[[str], str]) -> StagePage:
-    told = _TOLD[type(step.result)](step.result, steps).worded(worded)
+    section = _SECTIONS[type(step.result)](step.result, steps).worded(worded)
     return StagePage(
         name=step.name,
         title=step_title(step.name),
-        sentence=told.sentence,
-        facts=told.facts,
-        notes=told.notes,
-        tables=tuple(table for table in told.tables if table.rows),
+        sentence=section.sentence,
+        facts=section.facts,
+        notes=section.notes,
+        tables=tuple(table for table in section.tables if table.rows),
         path=f"/entry/{step.name}",
         program_version=step.program_version,
         date=step.date,
@@ -78,9 +78,9 @@ def _stage_page(step: StepOutline, steps: Steps, worded: Callable[[str], str]) -
     )
 
 
-def _clean_up_told(result: CleanUp, _: Steps) -> Told:
+def _clean_up_section(result: CleanUp, _: Steps) -> Section:
     rows = [(spoken(one.signal), one.step, f"{one.samples:,}", one.what, one.why) for one in result.changes]
-    return Told(
+    return Section(
         "; ".join(f"{one.signal}: {one.what}" for one in result.changes) or "nothing to do",
         (
             *facts(*((f"{spoken(name)}, recalculated", origin) for name, origin in result.derived.items())),
@@ -90,8 +90,8 @@ def _clean_up_told(result: CleanUp, _: Steps) -> Told:
     )
 
 
-def _drift_correction_told(result: DriftCorrection, _: Steps) -> Told:
-    return Told(
+def _drift_correction_section(result: DriftCorrection, _: Steps) -> Section:
+    return Section(
         str(result),
         facts(
             ("drift rate", shown(result.drift_rate, "nm/min")),
@@ -124,14 +124,14 @@ def _besides_wear(model: DepthModel) -> Iterator[tuple[str, str | None]]:
     yield "noise of block averages (standard deviation)", shown(model.noise, "nm")
 
 
-def _friction_told(result: FrictionFit, _: Steps) -> Told:
+def _friction_section(result: FrictionFit, _: Steps) -> Section:
     sentences = {
         "none": "friction not fitted",
         "steady-only": f"μ = {result.steady_state}, steady-state value only",
         "exponential": str(result.model_copy(update={"notes": ()})),
     }
     samples = result.effective_samples
-    return Told(
+    return Section(
         sentences[result.outcome],
         facts(
             ("A, initial excess over the steady state", shown(result.amplitude)),
@@ -165,14 +165,14 @@ def _definitions(strokes: StrokeFriction) -> TextTable:
     return TextTable("friction coefficient according to each definition", columns, tuple(rows))
 
 
-def _specific_wear_told(result: SpecificWear, _: Steps) -> Told:
+def _specific_wear_section(result: SpecificWear, _: Steps) -> Section:
     load, bodies = result.normal_load, {spoken(name): body for name, body in result.bodies.items()}
     rows = [
         (name, measured_quantity(one.by), shown(one.depth) or NOTHING, shown(one.volume) or NOTHING)
         for name, body in bodies.items()
         for one in body.measured
     ]
-    return Told(
+    return Section(
         str(result.model_copy(update={"notes": ()})),
         facts(
             *(
@@ -226,14 +226,14 @@ def _found_by(quantity: Quantity | None, by: str | None) -> str | None:
     return None if quantity is None or by is None else f"{shown(quantity)}, from the {measured_quantity(by)}"
 
 
-_TOLD: Mapping[type[Record], Callable[[Any, Steps], Told]] = {
-    CleanUp: _clean_up_told,
-    DriftCorrection: _drift_correction_told,
-    FrictionFit: _friction_told,
-    SpecificWear: _specific_wear_told,
-    WearFit: wear_fit_told,
-    WearPrediction: prediction_told,
-    LocalWearResult: local_wear_told,
+_SECTIONS: Mapping[type[Record], Callable[[Any, Steps], Section]] = {
+    CleanUp: _clean_up_section,
+    DriftCorrection: _drift_correction_section,
+    FrictionFit: _friction_section,
+    SpecificWear: _specific_wear_section,
+    WearFit: wear_fit_section,
+    WearPrediction: prediction_section,
+    LocalWearResult: local_wear_section,
 }
 """Presentation of each kind of result."""
 
@@ -287,10 +287,8 @@ def results_table(run: RunOutline) -> TextTable:
                 (f"k_D ({law})", {n: shown(body.wear_coefficient, WEAR_COEFFICIENT) for n, body in fitted.items()}),
                 ("95 % CI", {name: interval(body.interval, WEAR_COEFFICIENT) for name, body in fitted.items()}),
             ]
-    kept = [(quantity, values) for quantity, values in rows if any(values.values())]
-    names = list(dict.fromkeys(name for _, values in kept for name in values))
-    cells = ((quantity, *(values.get(name) or NOTHING for name in names)) for quantity, values in kept)
-    return TextTable("results", ("quantity", *names), tuple(cells))
+    kept = [{"quantity": quantity, **values} for quantity, values in rows if any(values.values())]
+    return TextTable.of_rows("results", kept, NOTHING)
 
 
 def measured_widths(manifest: RunManifest) -> Iterator[tuple[str, str, Quantity]]:

@@ -15,7 +15,7 @@ from datetime import datetime
 from typing import Any, NamedTuple
 
 from tribopipe.archive.catalog.listing import COLUMNS, ListedColumn, ListedRun, shown_number, usual_columns
-from tribopipe.base.errors import NotInstalledError
+from tribopipe.base.optional_packages import required
 from tribopipe.base.units import KINDS, force_unit, superscript
 from tribopipe.views.csv_files import csv_field, head_of
 
@@ -86,13 +86,7 @@ def runs_workbook(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> 
 
     Raises ``NotInstalledError`` if openpyxl is not installed.
     """
-    try:
-        from openpyxl import Workbook
-    except ImportError:
-        raise NotInstalledError(
-            'openpyxl: not installed; expected this package for writing workbooks; run pip install "tribopipe[excel]"'
-        ) from None
-    book = Workbook(write_only=True)
+    book = required("openpyxl", "excel", "writing workbooks").Workbook(write_only=True)
     sheet = book.create_sheet("runs")
     heads, rows = _table(runs, columns)
     sheet.freeze_panes = "B2"
@@ -155,14 +149,9 @@ def runs_parquet(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> b
 
     Raises ``NotInstalledError`` if pyarrow is not installed.
     """
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError:
-        raise NotInstalledError(
-            "pyarrow: not installed; expected this package for writing Parquet files; run "
-            'pip install "tribopipe[parquet]"'
-        ) from None
+    pa = required("pyarrow", "parquet", "writing Parquet files")
+    from pyarrow import parquet
+
     found = si_columns(runs, columns)
     numbers = {name: pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in found.units.items()}
     fields = [numbers.get(name) or pa.field(name, pa.string()) for name in found.values]

@@ -39,7 +39,7 @@ from tribopipe.views.plot import (
     scaled_coefficient,
     slid,
 )
-from tribopipe.views.run_figures import BLACK, FORMULA, GREY, PALETTE
+from tribopipe.views.run_figures import BLACK, FORMULA, GREY, PALETTE, key
 from tribopipe.views.run_plots import friction_panels
 from tribopipe.views.study_plots import LawCoefficient, friction_range, law_curves, study_panels
 
@@ -383,8 +383,7 @@ def plot_study_friction(runs: Sequence[Member]) -> "Figure":
     # Room for the parameters above all samples.
     axes[0].set_ylim(low, low + (high - low) / 0.76)
     label_outer(axes, slid(shown[0][0].corrected.run), "friction coefficient μ")
-    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+    key(figure, axes, columns=3)
     return figure
 
 

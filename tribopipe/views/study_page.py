@@ -161,9 +161,7 @@ def _verdicts(law: LawResult) -> TextTable:
         for number, (name, body) in enumerate(run.bodies.items())
         for named in [[("body", spoken(name))] if len(law.bodies) > 1 else []]
     ]
-    columns = tuple(dict.fromkeys(name for row in rows for name in row))
-    cells = tuple(tuple(row.get(name, "") for name in columns) for row in rows)
-    return TextTable("agreement of each run with the model", columns, cells)
+    return TextTable.of_rows("agreement of each run with the model", rows, "")
 
 
 def _unit(body: BodyVerdict) -> str:

@@ -4,25 +4,24 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
-from tribopipe.archive.outline import StepOutline
-from tribopipe.archive.step_names import StepName
+from tribopipe.archive.step_names import StepName, StepOutline
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import Correction
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.laws import law_title
 from tribopipe.results.input_quantities import input_label
 from tribopipe.results.local_wear import LocalDiscPoint, LocalPairPoint, LocalPinPoint, LocalWearResult
 from tribopipe.results.wear_fit import Basis, BodyWear, Contribution, WearFit
-from tribopipe.results.wear_prediction import PredictedPoint, WearPrediction
+from tribopipe.results.wear_prediction import CONDITION_UNITS, PredictedPoint, WearPrediction
 from tribopipe.views.page import NOTHING, Fact, TextTable, duration, facts, interval, probability, shown, signed_share
 
 Steps: TypeAlias = Mapping[StepName, StepOutline]
 """Outline of each completed step, by name."""
 
 
-class Told(NamedTuple):
+class Section(NamedTuple):
     """A result as text, numbers and tables; tables without rows are not shown."""
 
     sentence: str
@@ -30,9 +29,9 @@ class Told(NamedTuple):
     notes: tuple[str, ...] = ()
     tables: tuple[TextTable, ...] = ()
 
-    def worded(self, words: Callable[[str], str]) -> "Told":
+    def worded(self, words: Callable[[str], str]) -> "Section":
         """Return the same with a function applied to its texts."""
-        return Told(
+        return Section(
             words(self.sentence),
             tuple(Fact(words(fact.name), words(fact.value)) for fact in self.facts),
             tuple(map(words, self.notes)),
@@ -53,10 +52,6 @@ def cells(*told: tuple[Quantity | None, str]) -> tuple[str, ...]:
     return tuple(shown(quantity, unit) or NOTHING for quantity, unit in told)
 
 
-_UNITS = {"m": "mm", "1": "%"}
-"""Display units of sizes and ratios."""
-
-
 _OF_BODIES = (
     ("wear depth at the edges", "wear_depth_edge", "um"),
     ("wear volume", "wear_volume", "mm^3"),
@@ -65,10 +60,10 @@ _OF_BODIES = (
 """Predicted quantities of a body other than its depth in the middle."""
 
 
-def prediction_told(result: WearPrediction, _: Steps) -> Told:
+def prediction_section(result: WearPrediction, _: Steps) -> Section:
     """Return the predicted wear of each body at the requested positions."""
     start = result.start
-    return Told(
+    return Section(
         str(result).splitlines()[0],
         facts(
             *(
@@ -77,7 +72,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
             ),
             ("identified from", result.reference),
             ("normal load", shown(result.normal_load)),
-            *((spoken(name), shown(one, _UNITS[one.unit])) for name, one in result.conditions.items()),
+            *((spoken(name), shown(one, CONDITION_UNITS[one.unit])) for name, one in result.conditions.items()),
             ("sliding distance per rotation", result.distance_per_rotation),
             ("half-width of the unworn contact", None if start is None else shown(start.half_width)),
             ("half-length of the unworn contact", None if start is None else shown(start.half_length)),
@@ -100,8 +95,7 @@ def prediction_told(result: WearPrediction, _: Steps) -> Told:
 def _points(title: str, points: Sequence[PredictedPoint]) -> TextTable:
     """Return a table of positions, without empty columns."""
     rows = [dict(_cells(one)) for one in points]
-    columns = tuple(dict.fromkeys(name for row in rows for name in row))
-    return TextTable(title, columns, tuple(tuple(row.get(name, NOTHING) for name in columns) for row in rows))
+    return TextTable.of_rows(title, rows, NOTHING)
 
 
 def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
@@ -117,25 +111,20 @@ def _cells(one: PredictedPoint) -> Iterator[tuple[str, str]]:
         for name, body in one.bodies.items():
             if (found := getattr(body, what)) is not None:
                 yield f"{words}, {spoken(name)}", found.shown(unit)
-    yield "contact width", _twice(one.contact.half_width).shown("um")
+    yield "contact width", scaled(one.contact.half_width, 2).shown("um")
     if one.contact.half_length.value != one.contact.half_width.value:
-        yield "contact length", _twice(one.contact.half_length).shown("um")
+        yield "contact length", scaled(one.contact.half_length, 2).shown("um")
     yield "mean pressure", one.contact.mean_pressure.shown("MPa")
     if one.slip is not None:
         yield "slip", one.slip.shown("%")
 
 
-def _twice(half: Quantity) -> Quantity:
-    spread = half.standard_uncertainty
-    return Quantity(value=2 * half.value, unit=half.unit, standard_uncertainty=None if spread is None else 2 * spread)
-
-
-def local_wear_told(result: LocalWearResult, _: Steps) -> Told:
+def local_wear_section(result: LocalWearResult, _: Steps) -> Section:
     """Return local wear at the requested positions, compared with the GIWM."""
     pin = [one for one in result.points if isinstance(one, LocalPinPoint)]
     pair = [one for one in result.points if isinstance(one, LocalPairPoint)]
     discs = [one for one in result.points if isinstance(one, LocalDiscPoint)]
-    return Told(
+    return Section(
         str(result).splitlines()[0],
         facts(
             ("k_D used", shown(result.wear_coefficient, WEAR_COEFFICIENT)),
@@ -238,9 +227,9 @@ _ENGINES: dict[WearEngine, str] = {
 }
 
 
-def wear_fit_told(result: WearFit, _: Steps) -> Told:
+def wear_fit_section(result: WearFit, _: Steps) -> Section:
     """Return k_D of each body with budget and Monte Carlo results, k_D from each source, and fitted values."""
-    return Told(
+    return Section(
         str(result),
         facts(
             *(fact for name, body in result.bodies.items() for fact in _of_body(result, name, body)),

@@ -16,8 +16,8 @@ from typing import NamedTuple, TypeVar
 
 from tribopipe.archive.catalog.database import NOTED, Database, Work, are_intact, snapshot, sum_of
 from tribopipe.archive.catalog.listing import COLUMNS, Cell, ListedRun, column_named, sort_key, texts_in
+from tribopipe.archive.catalog.query import Asked, Selection, selection
 from tribopipe.archive.catalog.recent_checks import Check, CheckNote
-from tribopipe.archive.catalog.selection import Asked, Selection, selection
 from tribopipe.archive.file_signature import STUDIES, Stamp, folders_stamp, stamps
 from tribopipe.archive.remote import RemotePath, stamps_of
 from tribopipe.base.errors import NotInstalledError, TribopipeError

@@ -1,7 +1,8 @@
-"""The language of --where: terms such as "material=Si3N4 load>300mN", all of which have to hold.
+"""The language of --where, and the rows of the catalog that a list shows in order, as questions to SQLite.
 
-A term is a column, an operator and a value. A value goes on to the next term, so that it may hold spaces; in quotes it
-may hold anything. Texts are compared in any case, with * and ? for what is not stated; ~ asks for a part of a text.
+All terms of a query, such as "material=Si3N4 load>300mN", have to hold. A term is a column, an operator and a value. A
+value goes on to the next term, so that it may hold spaces; in quotes it may hold anything. Texts are compared in any
+case, with * and ? for what is not stated; ~ asks for a part of a text.
 """
 
 import re
@@ -11,7 +12,7 @@ from fnmatch import translate
 from functools import lru_cache
 from typing import NamedTuple
 
-from tribopipe.archive.catalog.listing import ITEM, ListedColumn, column_named
+from tribopipe.archive.catalog.listing import ITEM, ListedColumn, column_named, columns_named, ordered_by
 from tribopipe.base.errors import QueryError, UnitError
 
 _OPERATOR = r"(?:!=|<=|>=|==|[=<>~≠≤≥])"
@@ -53,11 +54,6 @@ def parse_where(text: str) -> list[Term]:
     if len(text) > _LONGEST:
         raise QueryError(f"found a query of {len(text):,} characters; expected at most {_LONGEST:,}; shorten it")
     return [_term(*written) for written in _written(text)]
-
-
-def quoted(text: str) -> str:
-    """Write a value so that it is read as it stands."""
-    return '"' + text.replace('"', '""') + '"'
 
 
 class _Written(NamedTuple):
@@ -179,6 +175,56 @@ def _span(column: ListedColumn, text: str, where: str) -> Span:
 
 def _cut(text: str) -> str:
     return text if len(text) <= 30 else text[:29] + "…"
+
+
+class Asked(NamedTuple):
+    """Which runs are asked for, and in what order."""
+
+    where: str = ""
+    """Conditions, as of ``tribopipe ls --where``."""
+    sort: str = "id"
+    """Columns to sort by, such as "material,-k_d"."""
+    search: str = ""
+    """Words that must all be in what is shown of a run."""
+    searched: str = "id"
+    """Columns in which they are searched for, such as "id,material"."""
+
+
+class Selection(NamedTuple):
+    """Questions about the runs that match a query."""
+
+    places: str
+    """Asks for their row numbers in order, as many as a first further value states, from where a second one does."""
+    total: str
+    """Asks for their number."""
+    values: Sequence[float | str]
+    """Values of the condition, which both questions begin with."""
+
+
+def selection(asked: Asked) -> Selection:
+    """Return the questions for what is asked. Raises ``QueryError`` where that cannot be understood."""
+    terms = parse_where(asked.where)
+    stated, values = where_clause(terms)
+    has_words, words = words_clause(asked.search, columns_named(asked.searched))
+    condition, values = f"{stated} AND {has_words}", [*values, *words]
+    # With a condition, the narrow index is read and the few matches are sorted; the sign keeps SQLite from reading the
+    # whole table in the order of the other index.
+    by_id = "+id_key" if terms or words else "id_key"
+    order = ", ".join(_in_order(column, by_id, descending=descending) for column, descending in ordered_by(asked.sort))
+    return Selection(
+        f"SELECT place FROM listed WHERE {condition} ORDER BY {order}, place LIMIT ? OFFSET ?",  # noqa: S608
+        f"SELECT count(*) FROM listed WHERE {condition}",  # noqa: S608, of names of columns alone
+        values,
+    )
+
+
+def _in_order(column: ListedColumn, by_id: str, *, descending: bool) -> str:
+    """Return what sorts by a column; unknown comes last, before and after a minus alike."""
+    direction = " DESC" if descending else ""
+    if column.name == "id":
+        return f"{by_id}{direction}"
+    key = f'"{column.name}"' if column.kind == "number" else f"sort_key('{column.name}', \"{column.name}\")"
+    return f'"{column.name}" IS NULL, {key}{direction}'
 
 
 def where_clause(terms: Sequence[Term]) -> tuple[str, list[float | str]]:

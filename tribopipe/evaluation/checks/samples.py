@@ -13,7 +13,7 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity, force
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import load_path
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
@@ -65,7 +65,6 @@ _PARTS = 100
 """Parts of a recording in which friction is compared with the usual."""
 _FITTING = 0.25
 """Share of the wear within which a rise is that wear."""
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
 
 
@@ -75,7 +74,7 @@ def _joined(run: RawRun, name: SignalName) -> Column:
 
 
 def _axes(run: RawRun) -> list[SignalName]:
-    return [name for name in _AXES if name in run.columns]
+    return [name for name in AXES if name in run.columns]
 
 
 def _measured(run: RawRun) -> Iterator[tuple[SignalName, Column]]:
@@ -134,7 +133,7 @@ def _integrated(run: RawRun, name: SignalName) -> Column:
 def axis_backward(run: RawRun) -> Iterator[Trouble]:
     """Refuse time or sliding distance that goes back, unless it restarts, and rotations that are no count."""
     for name, values in _measured(run):
-        if name not in _AXES:
+        if name not in AXES:
             continue
         verdict = ", which is not a count" if name == "rotations" else ""
         below, back = np.flatnonzero(values < 0), segments(_without_glitches(run, name)).fault
@@ -167,7 +166,7 @@ def _clock(run: RawRun) -> Column | None:
 def counter_glitch(run: RawRun) -> Iterator[Trouble]:
     """Name a few readings of a counter that fall back, or leap ahead, while time goes on."""
     for name, values in _measured(run):
-        found = mended(values, _clock(run)).samples if name in _AXES and name != "time" else ()
+        found = mended(values, _clock(run)).samples if name in AXES and name != "time" else ()
         if found:
             yield Trouble(
                 name,
@@ -308,7 +307,7 @@ def missing_samples(run: RawRun) -> Iterator[Trouble]:
     """Count missing samples; fits exclude them."""
     for name, values in _measured(run):
         missing = int(np.count_nonzero(~np.isfinite(values)))
-        if name not in _AXES and 0 < missing < len(values):
+        if name not in AXES and 0 < missing < len(values):
             yield Trouble(
                 name,
                 f"found {missing} of {len(values)} samples missing, the first at "
@@ -341,7 +340,7 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
 
 def _by_a_slow_clock(run: RawRun, repeated: NDArray[np.intp]) -> bool:
     """Return whether times repeat because the clock is coarser than the sampling: often, and in rows that differ."""
-    others = [values for name, values in _measured(run) if name not in _AXES]
+    others = [values for name, values in _measured(run) if name not in AXES]
     same = [values[repeated] == values[repeated + 1] for values in others]
     copied = float(np.mean(np.all(same, axis=0))) if same else 1.0
     return len(repeated) > _OFTEN * len(run) and copied < 1 - _COPIED
@@ -746,7 +745,7 @@ def speed_of_motion(time: Column, axis: Column) -> float:
 def axis_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find counters that may be carried over from an earlier test, where no other axis shows it."""
     for name, values in _measured(cleaned.run):
-        if name in _AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
+        if name in AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",

@@ -6,11 +6,10 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import counted
 from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.evaluation.preprocessing.workbench import Bench
 from tribopipe.physics.axis_faults import continuous, mended, segments
 
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _LATE = 0.05
 """Share of what an axis covers by which it begins later than another one where it was carried over."""
 _CLOCK = 100.0
@@ -19,7 +18,7 @@ _CLOCK = 100.0
 
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
     """Join what restarts, and let what was carried over begin at 0."""
-    for name in _AXES:
+    for name in AXES:
         axis = _without_glitches(bench, name)
         if axis is None:
             continue
@@ -27,7 +26,7 @@ def join_axes(bench: Bench, step: ContinuousAxes) -> None:
         if joined is not axis:
             restarts = len(segments(axis).starts)
             bench.put(name, joined, _count(restarts), "each test has one continuous axis", parts=restarts + 1)
-    leads = {name: _lead(axis) for name in _AXES if (axis := bench.measured(name)) is not None}
+    leads = {name: _lead(axis) for name in AXES if (axis := bench.measured(name)) is not None}
     for name in leads:
         _begin(bench, name, leads, step)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from tribopipe.base.arrays import MAD_TO_DEVIATION, Column, robust_deviation
 from tribopipe.documents.preprocessing import Despike, Mask, SignalLimits, UnloadedFriction
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
 
 
@@ -47,7 +47,6 @@ _IMPOSSIBLE: dict[SignalName, tuple[float, float, str]] = {
     "temperature": (0.0, 3000.0, "outside 0 to 3000 K"),
     "friction_coefficient": (-MOST_FRICTION, MOST_FRICTION, "beyond ±10"),
 }
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
 _FAR_OFF = 1000.0
 """A sentinel is this many times larger than nine tenths of the samples."""
 _TWICE = 2
@@ -65,7 +64,7 @@ def mask_samples(bench: Bench, step: Mask) -> None:
         if step.impossible and name in _IMPOSSIBLE:
             low, high, words = _IMPOSSIBLE[name]
             bench.mask(name, (values < low) | (values > high), words, "physically impossible")
-        if step.impossible and name not in _AXES and (values := bench.measured(name)) is not None:
+        if step.impossible and name not in AXES and (values := bench.measured(name)) is not None:
             bench.mask(
                 name,
                 _sentinels(values),

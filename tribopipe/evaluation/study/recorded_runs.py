@@ -16,7 +16,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.base.units import WEAR_COEFFICIENT
-from tribopipe.documents.quantity import Quantity, wear_coefficient
+from tribopipe.documents.quantity import Quantity, meters, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of
 from tribopipe.evaluation.measurements.pin_on_disc import end_wear
@@ -258,7 +258,7 @@ def judge_recorded(draws: RunDraws, asked: Question, shape: Shape) -> Judgment:
     decisive = DECISIVE / len(asked.bodies)
     outcome = _withheld(decide(comparison, lambda factor: run.predicted(best * factor), decisive), run)
     known = KnownCoefficient(run.coefficient, draws.coefficient, best, coefficients)
-    places = [_meters(place) for place in run.places.tolist()]
+    places = [meters(place) for place in run.places.tolist()]
     body = body_verdict(comparison, outcome, "wear_depth", places, known).model_copy(
         update={
             "trend": shape.trend(),
@@ -329,10 +329,6 @@ def _withheld(outcome: Verdict, run: PosedRun) -> Verdict:
     return "not decidable" if outcome == "supported" and doubtful else outcome
 
 
-def _meters(value: float) -> Quantity:
-    return Quantity(value=float(value), unit="m")
-
-
 def _curve(asked: Question, run: PosedRun, comparison: Comparison) -> StudyCurve:
     return StudyCurve(
         run.member.id,
@@ -359,8 +355,8 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     worn = float(pin.worn(pin.volume(comparison.predicted[-1])).radius)
     if worn > radius / 2:
         notes.append(
-            f"extrapolation: the predicted contact radius of {_meters(worn).shown('um')} is more than half the tip "
-            f"radius of {_meters(radius).shown('um')}, beyond the range in which the model was tested"
+            f"extrapolation: the predicted contact radius of {meters(worn).shown('um')} is more than half the tip "
+            f"radius of {meters(radius).shown('um')}, beyond the range in which the model was tested"
         )
     modulus = contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"])
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))

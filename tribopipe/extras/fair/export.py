@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Literal, NamedTuple
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile
 
-from tribopipe.archive.run_files import SUFFIX
+from tribopipe.archive.file_signature import SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, did_you_mean
 from tribopipe.base.files import replacing

@@ -5,8 +5,8 @@ from datetime import timedelta
 from urllib.parse import quote
 
 from tribopipe.archive.earlier_manifests import EarlierManifest
-from tribopipe.archive.outline import RunOutline, StepOutline
-from tribopipe.archive.step_names import STEPS, StepName, step_in_words
+from tribopipe.archive.outline import RunOutline
+from tribopipe.archive.step_names import STEPS, StepName, StepOutline, step_in_words
 from tribopipe.documents.dataset import Dataset, Funding, Organisation, Person, Publication
 from tribopipe.extras.fair.files import Part, earlier_path
 from tribopipe.extras.fair.graph import Graph, Ref, local

@@ -21,7 +21,7 @@ from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import orjson
 
-from tribopipe.archive.run_files import STUDIES, SUFFIX
+from tribopipe.archive.file_signature import STUDIES, SUFFIX
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError, TribopipeError
 from tribopipe.base.files import clear_leftovers_of, leads_out, write_file

@@ -14,7 +14,7 @@ import numpy as np
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ReaderError
 from tribopipe.documents.manifest import RunManifest, SignalFile
-from tribopipe.documents.signals import SignalName
+from tribopipe.documents.signals import AXES, SignalName
 from tribopipe.evaluation.derived_columns import derive_missing
 from tribopipe.readers.clock_times import with_clock_times
 from tribopipe.readers.column_mapping import Arms, Meanings, hints_of, meanings_in, part_of, with_file
@@ -25,8 +25,7 @@ from tribopipe.readers.reader import detect
 from tribopipe.readers.text import LONGEST_LINE, SAMPLE_BYTES, Text, decode
 from tribopipe.results.run import Origin, SourceFile
 
-_AXES: tuple[SignalName, ...] = ("time", "rotations", "sliding_distance")
-_NEEDED: tuple[SignalName, ...] = (*_AXES, "sliding_speed")
+_NEEDED: tuple[SignalName, ...] = (*AXES, "sliding_speed")
 
 
 class Axes:
@@ -55,14 +54,14 @@ class Axes:
             derive_missing(joined, origins, self._manifest)
             self._refuse_unknown(origins)
         first = len(self._reached) > 0
-        for name in _AXES:
+        for name in AXES:
             if name in joined and name not in columns and first:
                 joined[name] = joined[name] + (self._reached[name] - joined[name][0])
-        self._reached = {name: float(joined[name][-1]) for name in _AXES if name in joined and len(joined[name])}
+        self._reached = {name: float(joined[name][-1]) for name in AXES if name in joined and len(joined[name])}
         return {name: values[int(first) :] for name, values in joined.items()}, origins
 
     def _refuse_restarts(self, columns: dict[SignalName, Column]) -> None:
-        for name in _AXES:
+        for name in AXES:
             if name in columns and np.any(np.diff(columns[name]) < 0):
                 raise ReaderError(
                     f"{self._manifest.id}: found a {name.replace('_', ' ')} that decreases; expected a single "

@@ -32,7 +32,7 @@ from tribopipe.extras.watch.journal import Entry, Event, Journal
 from tribopipe.extras.watch.lab import Lab
 from tribopipe.pipeline.stages import Outcome, attempted, process
 from tribopipe.readers.draft.folder import NewRun, Wanted, fit_for_id, make_run
-from tribopipe.views.figure_updates import figure_steps
+from tribopipe.views.archived_figures import figure_steps
 
 _ROOM = 90
 """Characters of an id, of the hundred it may have, before a number."""

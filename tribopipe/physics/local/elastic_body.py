@@ -8,7 +8,6 @@ shears in space. D has λ + 2μ and λ for the normal strains, μ for the shears
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from itertools import combinations
 from typing import Any, Self
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import ContactError
+from tribopipe.base.optional_packages import required
 from tribopipe.physics.local.nodes import nested_dissection
 
 _QUADRATURE_ORDER = 3
@@ -25,13 +25,8 @@ _QUADRATURE_ORDER = 3
 
 def skfem() -> Any:
     """Return scikit-fem. Raises ``ContactError`` where it is not installed."""
-    try:
-        return import_module("skfem")
-    except ImportError:
-        raise ContactError(
-            "local wear: scikit-fem is not installed; expected this package for finite elements; run "
-            'pip install "tribopipe[fe]"'
-        ) from None
+    problem = "local wear: scikit-fem is not installed"
+    return required("skfem", "fe", "finite elements", problem=problem, error=ContactError)
 
 
 def stiffness(mesh: Any, modulus: float, poisson_ratio: float) -> Any:

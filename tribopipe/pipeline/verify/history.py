@@ -81,7 +81,9 @@ def accept(archive: Path, wanted: str, by: str | None = None) -> list[str]:
     names = [f"{wanted}{SUFFIX}", f"{STUDIES}/{wanted}{SUFFIX}", f"{wanted}"]
     accepted = [name for name in names if name in account.files and _accepted(archive, account, name, by)]
     if not accepted:
-        open_ones = [_called(name) for name in account.files if _is_open(account.files[name], _state(archive, name))]
+        open_ones = [
+            _without_suffix(name) for name in account.files if _is_open(account.files[name], _state(archive, name))
+        ]
         raise ArchiveError(
             f"{archive}: found nothing to accept for {wanted!r}; expected a run or study that is missing or differs "
             f"from the history; {did_you_mean(wanted, open_ones)}"
@@ -152,7 +154,7 @@ def _look_at_files(archive: Path, account: Account, names: Collection[str], soun
 
 def _judged(account: Account, look: Look, state: State, sound: Set[str]) -> Entry | None:
     """Note what is wrong with a file; return the line that settles what can be."""
-    known, mend = account.files.get(look.name), f"run `{_ACCEPT} {_called(look.name)}` if this is intended"
+    known, mend = account.files.get(look.name), f"run `{_ACCEPT} {_without_suffix(look.name)}` if this is intended"
     if known is None or (state is not None and known.states == {None}) or (known.by_hand and state in known.states):
         if state is None or look.name not in sound or not can_be_named(look.name):
             return None
@@ -193,12 +195,12 @@ def _is_open(known: Known, state: State) -> bool:
 
 
 def _state(archive: Path, name: str) -> State:
-    """Return the state of a file; none where it cannot be read, which is given where it is looked into."""
+    """Return the state of a file; "unreadable" where it cannot be read, which its other checks report."""
     try:
         return state_of(archive / name)
     except OSError:
         return "unreadable"
 
 
-def _called(name: str) -> str:
+def _without_suffix(name: str) -> str:
     return name.removesuffix(SUFFIX)

@@ -32,6 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tribopipe.base.errors import ReaderError
+from tribopipe.base.optional_packages import required
 from tribopipe.base.units import is_unit
 from tribopipe.documents.signals import SignalName
 from tribopipe.readers.number_fields import text_column
@@ -101,13 +102,8 @@ class TdmsReader:
 
 
 def _library(source: SourceFile) -> Any:
-    try:
-        library = import_module("nptdms")
-    except ImportError:
-        raise ReaderError(
-            f"{source.name}: found a TDMS file, but npTDMS is not installed; expected this package; run "
-            'pip install "tribopipe[tdms]"'
-        ) from None
+    problem = f"{source.name}: found a TDMS file, but npTDMS is not installed"
+    library = required("nptdms", "tdms", "reading TDMS files", problem=problem, error=ReaderError)
     import_module("nptdms.log").log_manager.set_level(logging.ERROR)  # what it would warn of, the notes say
     return library
 
