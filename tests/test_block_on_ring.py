@@ -3,11 +3,12 @@
 import json
 import math
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from folders import replace_in
+from folders import SAMPLES, replace_in
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,6 +26,7 @@ from tribopipe.evaluation.wear.scenario import given_wear
 from tribopipe.physics.geometry import cap_radius, segment_area, segment_height
 from tribopipe.physics.pin_on_disc import BlockOnCylinder
 from tribopipe.readers.draft.known_values import problem_of
+from tribopipe.readers.harmonize import read_run
 from tribopipe.results.finding import title
 from tribopipe.results.run import RawRun
 
@@ -319,6 +321,21 @@ def test_k_d_follows_from_the_curve(workspace, run_cli):
     assert (fit["engine"], fit["sensor"] is not None) == ("volume", True)
     assert abs(found["value"] - K_D) < 2.5 * found["standard_uncertainty"]
     assert found["standard_uncertainty"] < 0.05 * K_D
+
+
+def test_larger_ring_that_turns_as_fast_slides_faster(run_cli, tmp_path):
+    ring = SAMPLES / "peek-block-on-ring-50N"
+    run = tmp_path / "ring"
+    shutil.copytree(ring, run)
+    replace_in(run / "run.toml", "(?m)^sliding_speed = .*", 'rotational_speed = "300 rpm"')
+    words = ("predict", "--run", run, "--wear-coefficient", "1e-15 m^2/N", "--at", "100 m", "--json")
+    times = []
+    for size in ((), ("--radius", "35 mm")):
+        done = run_cli(*words, *size, cwd=tmp_path)
+        assert done.exit_code == 0, done.stderr
+        times.append(json.loads(done.stdout)["prediction"][0]["time"]["value"])
+    radius = read_run(ring).manifest.sliding_pin.own_track_radius.value
+    assert times == pytest.approx([100 / (2 * math.pi * 5 * r) for r in (radius, 35e-3)], rel=1e-6)
 
 
 @pytest.mark.slow

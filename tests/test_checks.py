@@ -1101,6 +1101,35 @@ def test_elastic_scar_names_the_larger_error_of_a_fit_with_a_depth_signal(sound,
     assert ("several times this fraction" in finding.remedy) == recorded
 
 
+def hertz_diameter(run):
+    """Return the diameter of the unworn contact, m."""
+    contact, load = run.manifest.sliding_pin, run.manifest.conditions.normal_load.value
+    return 2 * float(np.cbrt(3 * load * contact.pin.radius.value / (4 * contact.reduced_modulus())))
+
+
+@pytest.mark.parametrize("share", [0.94, 0.99, 0.999])
+def test_scar_that_may_be_as_small_as_the_unworn_contact_is_no_wear(sound, share):
+    """One less than 3u below Hertz's diameter would else be neither too small nor elastic."""
+    width = share * hertz_diameter(sound)
+    scar = {"value": f"{1e6 * width} um", "standard_uncertainty": f"{0.03e6 * width} um"}
+    run = manifest(end_values__pin_scar_diameter=scar)(sound)
+    (finding,) = found_by("elastic_scar", run)
+    assert "all of the wear volume calculated from the scar" in finding.message
+    assert not found_by("scar_or_radius", run)
+
+
+@pytest.mark.parametrize(("share", "part"), [(0.5, "all"), (1.2, "about 58 %"), (4.0, None)])
+def test_track_as_wide_as_the_unworn_contact_is_no_wear(sound, share, part):
+    width = share * hertz_diameter(sound)
+    track = {"value": f"{1e6 * width} um", "standard_uncertainty": f"{0.01e6 * width} um"}
+    unworn = {"value": "0 um", "standard_uncertainty": "10 nm"}
+    known = {"pin_wear_depth": unworn, "disc_track_width": track}
+    run = manifest(end_values=known, conditions__track_radius="8 mm")(sound)
+    told = [finding.message for finding in found_by("elastic_scar", run)]
+    assert len(told) == bool(part)
+    assert all(f"{part} of the wear volume calculated from the track" in one for one in told)
+
+
 @pytest.mark.parametrize(("levels", "warns"), [(8, False), (200, True)])
 def test_a_plateau_of_a_coarse_reading_is_not_a_saturated_sensor(sound, levels, warns):
     def flattens(depth):

@@ -343,6 +343,27 @@ def test_recorded_friction_coefficient_gives_way_to_that_of_zeroed_forces(bare_r
     assert clean_run(without, only(Zero())).run.columns["friction_coefficient"] is recorded
 
 
+@pytest.mark.parametrize("offset", [-0.003, 0.0, 0.002, 0.0036])
+def test_zero_of_friction_is_seen_though_the_load_reads_a_little(bare_run, offset):
+    """A friction of 16 mN and more is none of a load that may be 3.6 mN, or nothing; that load is left as it is."""
+    columns = TRUTH | {
+        "normal_force": TRUTH["normal_force"] + offset,
+        "friction_force": TRUTH["friction_force"] + 0.016,
+    }
+    cleaned = clean_run(run_of(bare_run, **columns))
+    np.testing.assert_allclose(cleaned.run.columns["friction_force"], TRUTH["friction_force"], atol=5e-5)
+    load = cleaned.run.columns["normal_force"]
+    np.testing.assert_allclose(load, TRUTH["normal_force"] + max(offset, 0.0), atol=5e-5)
+
+
+def test_friction_of_a_small_load_is_no_zero(bare_run):
+    columns = TRUTH | {
+        "normal_force": TRUTH["normal_force"] + 0.0036,
+        "friction_force": TRUTH["friction_force"] + 0.004,
+    }
+    assert not [change for change in clean_run(run_of(bare_run, **columns)).record.changes if change.step == "zero"]
+
+
 def test_windows_without_samples_are_told(bare_run):
     window = TimeWindow(start=Quantity(value=1e4, unit="s"), end=Quantity(value=2e4, unit="s"))
     cleaned = clean_run(run_of(bare_run, **TRUTH), only(Zero(windows=(window,), signals=("normal_force",))))

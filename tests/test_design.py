@@ -106,7 +106,7 @@ def test_longer_tests_know_k_d_of_hard_metal_better_until_a_floor(recipe):
     assert widths[-1] > floor
     plan = design(run, "archard", 0.9 * widths[-1])
     assert plan.sliding_distance is None
-    assert plan.by_distance == pytest.approx(widths[-1], rel=1e-9)
+    assert plan.by_distance == pytest.approx(widths[-1] * max(1.0, plan.half_width / widths[0]), rel=1e-9)
     assert "a longer test is not sufficient" in str(plan)
     # Far beyond, nothing changes any more but for what grows with the depth.
     assert (widths[-2] - widths[-1]) / (widths[0] - widths[1]) < 0.3
@@ -123,13 +123,23 @@ def test_a_longer_test_is_no_worse_than_the_run():
     assert relative(longer) <= relative(now)
 
 
+def test_a_test_as_long_as_the_run_is_not_sufficient_where_the_run_is_not():
+    """The budget of a test planned as long is that of planned samples, and may be a little less than the run's."""
+    run = posed(WC_CO)
+    (own,), (planned,) = run.budgets(), run.budgets(1.0)
+    assert relative(planned) < relative(own)
+    plan = design(run, "archard", COVERAGE_FACTOR * (relative(planned) + relative(own)) / 2)
+    assert plan.sliding_distance.value > run.end.value
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wanted", [0.3, 0.12])
 def test_distance_of_the_plan_gives_the_interval_wanted(wc_co, wanted):
     plan = design(wc_co, "archard", wanted)
     length = plan.sliding_distance.value / wc_co.problem.trace.slid
     assert length > 1
-    assert half_width(wc_co, length) == pytest.approx(wanted, rel=0.005)
+    beyond = max(1.0, plan.half_width / half_width(wc_co, 1.0))
+    assert half_width(wc_co, length) * beyond == pytest.approx(wanted, rel=0.005)
     assert f"one test of {plan.sliding_distance.value:,.0f} m would be sufficient" in str(plan)
 
 

@@ -112,6 +112,15 @@ def test_a_stroke_is_the_path_of_a_reciprocating_ball(point):
     assert volumes == pytest.approx([5e-14 * 10 * 400] * 2, rel=1e-9)
 
 
+@pytest.mark.parametrize("flat", ["0.1 mm", "0.3 mm"])
+def test_truncated_ball_and_its_track_begin_unworn(point, flat):
+    """A rounding error of the unworn flat was taken for a pin worn through."""
+    pin = f'shape = "truncated-sphere"\nradius = "3 mm"\nflat_radius = "{flat}"'
+    stated = {"pin": pin, "load": "10 N", "path": 'track_radius = "8 mm"'}
+    assert values(point("0 m", 5e-15, 1e-13, **stated), "h_p", "h_d") == [0.0, 0.0]
+    assert values(point("1000 m", 5e-15, 1e-13, **stated), "h_p")[0] > 0
+
+
 def test_flat_pin_ends_crowned_as_published(point):
     pin = 'shape = "flat"\nradius = "1.5 mm"'
     found = point("2000 m", 3e-15, 8e-15, pin=pin, load="20 N", path='track_radius = "10 mm"')

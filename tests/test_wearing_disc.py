@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from test_identify import CASES, record
 
 from tribopipe.base.errors import ContactError
 from tribopipe.documents.manifest import EndValue, EndValues
+from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
 from tribopipe.evaluation.depth_reading import engine_of
 from tribopipe.evaluation.drift import correct_drift
@@ -189,3 +191,45 @@ def test_a_sensor_that_reads_too_much_is_not_all_wear_of_the_pin():
     by_scale = next(line.relative for line in high.budget if line.name == "depth scale")
     moved = np.log(high.wear_coefficient.value / low.wear_coefficient.value) / 2
     assert by_scale == pytest.approx(moved, rel=0.2)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 3.0])
+@pytest.mark.parametrize("spread", [2e-8, 2e-7])
+def test_flat_pin_in_a_groove_has_worn_more_at_its_sides(ratio, spread):
+    """A slice at x loses w = D/(1 + 2κ·√(r² − x²)), by Archard's law at each point; D is what the sensor reads."""
+    radius, coefficient, path = 1.5e-3, 3e-13, 2 * np.pi * 10e-3
+    raw = record(*CASES["si3n4-air-200mN"])
+    load, slid = raw.manifest.conditions.normal_load.value, raw.sliding_distance[-1]
+    crowned, _ = quad(
+        lambda x: 2 * np.sqrt(radius**2 - x**2) / (1 + ratio * np.sqrt(1 - (x / radius) ** 2)), -radius, radius
+    )
+    approach = coefficient * load * slid / crowned
+    pin = approach / (1 + ratio)
+    kappa = ratio / (2 * radius)
+    document = raw.manifest.model_dump(exclude_none=True)
+    document["contact"]["pin"] |= {"shape": "flat", "radius": {"value": radius, "unit": "m"}}
+    del document["contact"]["pin"]["diameter"], document["contact"]["disc"]["diameter"]
+    document["conditions"] |= {"track_radius": {"value": 10e-3, "unit": "m"}}
+    document["end_values"] = {
+        "pin_wear_depth": depth(pin, spread).model_dump(exclude_none=True),
+        "disc_wear_depth": depth(approach - pin, spread).model_dump(exclude_none=True),
+    }
+    read = approach * raw.sliding_distance / slid + 2e-6
+    manifest = type(raw.manifest).model_validate(document)
+    fit = fit_wear(correct_drift(RawRun(manifest, raw.columns | {"depth": read}, raw.origins, {}, {}, ())))
+    found = {name: body.wear_coefficient.value for name, body in fit.bodies.items()}
+    assert found == pytest.approx({"pin": coefficient, "disc": kappa * coefficient * path}, rel=0.01)
+
+
+@pytest.mark.parametrize(("by_sensor", "less"), [(False, 1.0), (True, 1.15)])
+def test_flat_pin_next_to_an_unmeasured_groove_may_have_lost_more(by_sensor, less):
+    """The mean over the pin of (1 + q)/(1 + q·√(1 − x²)), along chords, by the midpoint rule."""
+    pin = {"shape": "flat", "radius": Quantity(value=1e-3, unit="m"), "diameter": None}
+    raw = recorded(depth(1e-5, 1e-7), None)
+    contact = raw.manifest.contact.model_copy(update={"pin": raw.manifest.contact.pin.model_copy(update=pin)})
+    raw = RawRun(raw.manifest.model_copy(update={"contact": contact}), raw.columns, raw.origins, {}, {}, ())
+    x = (np.arange(4000) + 0.5) / 4000
+    chord = np.sqrt(1 - x**2)
+    growth = np.sum(chord * 1.15 / (1 + 0.15 * chord)) / np.sum(chord)
+    found = beside_unseen_groove(end_wear(raw, DefaultUncertainty()), 0.15, by_sensor=by_sensor)
+    assert found == pytest.approx(growth / less, rel=1e-3)

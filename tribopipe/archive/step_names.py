@@ -29,14 +29,14 @@ StepStage = Literal[
 ]
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
-    "clean_up": 3,
-    "drift_correction": 11,
+    "clean_up": 4,
+    "drift_correction": 12,
     "friction_fit": 8,
-    "specific_wear": 9,
-    "wear_fit": 16,
-    "prediction": 10,
+    "specific_wear": 10,
+    "wear_fit": 17,
+    "prediction": 11,
     "local_wear": 1,
-    "study": 14,
+    "study": 15,
 }
 """Number of the method of each step, under any law. Raise it by one where a change gives other numbers from the same
 inputs: archived steps are then done again, and `process` shows the earlier and the new values."""

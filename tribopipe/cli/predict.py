@@ -277,6 +277,8 @@ def _changed(manifest: "RunManifest", asked: _Asked) -> "RunManifest":
         kept = manifest.slip_with(asked.recipe.uncertainty.slip)
         changed |= {"slip": kept if slip is None else _slip(slip), "flat_disc_speed": None}
     contact = _resized(contact, asked.changes)
+    if not rolls and contact.own_track_radius is not None:  # a larger ring, turning as fast, slides faster
+        changed["track_radius"] = contact.own_track_radius
     conditions = manifest.conditions.model_copy(update=changed)
     return manifest.model_copy(update={"contact": contact, "conditions": conditions})
 

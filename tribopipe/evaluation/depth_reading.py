@@ -12,7 +12,7 @@ from tribopipe.contacts.pin_on_disc import pin_curve
 from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.contact import Tip
 from tribopipe.documents.manifest import RunManifest
-from tribopipe.documents.quantity import Quantity
+from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.load_and_friction import contact_load
 from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, groove_alone
@@ -151,15 +151,13 @@ def engine_of(pin: Tip, end: EndWear | None, recipe: Recipe) -> WearEngine:
     """Return the engine that a recipe asks for, or else the one that fits what was measured on the disc.
 
     The GIWM is made for a disc that does not wear. Where one does, beyond what its measurement may be off by twice and
-    a hundredth of the pin's wear, or was not measured, k_D·F_N·s is the volume lost. A flat pin keeps its
-    area either way.
+    a hundredth of the pin's wear, or was not measured, k_D·F_N·s is the volume lost. A flat pin without a measured
+    groove keeps its area either way.
     """
     if recipe.wear.engine is not None:
         return recipe.wear.engine
-    if pin.constant_area:
-        return "giwm"
     if end is None or end.disc is None or pin.line:
-        return "volume"
+        return "giwm" if pin.constant_area else "volume"
     return "volume" if wears_beside(end.disc.quantity, end.pin_depth.value) else "giwm"
 
 
@@ -383,21 +381,21 @@ def depth_model(posterior: DepthPosterior, duration: float, scale: Quantity) -> 
     probability = posterior.settling_probability
     low, high = posterior.term_quantiles(line, _COVERAGE, float(by_scale[line])) / duration
     return DepthModel(
-        zero_offsets=tuple(_metres(mean[place], deviation[place]) for place in range(offsets)),
+        zero_offsets=tuple(meters(mean[place], deviation[place]) for place in range(offsets)),
         drift_rate=Quantity(
             value=float(mean[line] / duration), unit="m/s", standard_uncertainty=float(deviation[line] / duration)
         ),
         drift_interval=(Quantity(value=float(low), unit="m/s"), Quantity(value=float(high), unit="m/s")),
         settling_probability=probability,
-        settling=_metres(float(np.sum(amplitudes[settles])), float(np.sqrt(np.sum(deviation[first:][settles] ** 2)))),
+        settling=meters(float(np.sum(amplitudes[settles])), float(np.sqrt(np.sum(deviation[first:][settles] ** 2)))),
         settling_time=_settling_time(posterior, duration) if probability > _PROBABLE else None,
         thermal_probability=None if np.all(settles) else posterior.thermal_probability,
-        thermal_shift=None if np.all(settles) else _metres(amplitudes[~settles][0], deviation[first:][~settles][0]),
-        wander=_metres(float(np.sqrt(np.average(posterior.wander**2, weights=reading.samples)))),
-        noise=_metres(posterior.noise),
+        thermal_shift=None if np.all(settles) else meters(amplitudes[~settles][0], deviation[first:][~settles][0]),
+        wander=meters(float(np.sqrt(np.average(posterior.wander**2, weights=reading.samples)))),
+        noise=meters(posterior.noise),
         blocks=len(reading.time),
-        end_depth=_metres(*posterior.together),
-        end_depth_by_reading=_metres(*posterior.alone),
+        end_depth=meters(*posterior.together),
+        end_depth_by_reading=meters(*posterior.alone),
         evidence=float(np.clip(posterior.log_odds, -99.0, 99.0)),
     )
 
@@ -411,7 +409,3 @@ def _settling_time(posterior: DepthPosterior, duration: float) -> Quantity:
     mean = float(np.average(times, weights=weights))
     spread = float(np.sqrt(np.average((times - mean) ** 2, weights=weights)))
     return Quantity(value=mean * duration, unit="s", standard_uncertainty=spread * duration)
-
-
-def _metres(value: float, spread: float | None = None) -> Quantity:
-    return Quantity(value=float(value), unit="m", standard_uncertainty=None if spread is None else float(spread))

@@ -477,6 +477,25 @@ def volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(16 / np.pi * np.sum(_WEIGHTS * x * t**2 * under, axis=-1))
 
 
+def flat_volume_growth(depth_ratio: ArrayLike) -> NDArray[np.float64]:
+    """Return the volume that a flat pin has lost on a wearing track over that of the cylinder of the same depth.
+
+    The pin wears least along its middle line, where it has the longest chord and the groove is deepest
+    (``FlatOnTrack``).
+
+    Parameters
+    ----------
+    depth_ratio
+        Depth of the groove over wear depth of the pin, both at the center of the contact; any shape.
+
+    Returns
+    -------
+    ndarray
+        The ratio of the volumes, of the same shape: 1 on a track that does not wear, and at most 4/π.
+    """
+    return np.asarray(FlatOnTrack(1.0).at_depths(1.0, depth_ratio).pin_volume / np.pi)
+
+
 def depth_growth(tip: OnTrack, share: ArrayLike, pin_depth: float, groove_depth: float) -> NDArray[np.float64]:
     """Return by what factor a pin has worn deeper on its way than on a track that does not wear.
 

@@ -63,7 +63,7 @@ TITLES: Mapping[str, str] = {
     "scar_or_radius": "scar size may be a radius",
     "profile_width": "width and depth of a wear track do not match",
     "profile_height": "heights of a profile may be in the wrong unit",
-    "elastic_scar": "scar partly due to elastic deformation",
+    "elastic_scar": "scar or track partly due to elastic deformation",
     "scar_not_round": "scar measured in an unknown direction",
     "uneven_scars": "readings of the scar differ widely",
     "stroke_within_scar": "stroke shorter than the contact",

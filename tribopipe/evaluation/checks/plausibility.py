@@ -588,11 +588,12 @@ def _start_width(run: RawRun) -> float:
 
 @check("warning")
 def elastic_scar(run: RawRun) -> Iterator[Trouble]:
-    """Find a scar not much wider than the unworn contact, for which elastic deformation is counted as wear.
+    """Find a scar or track not much wider than the unworn contact: elastic deformation is counted as its wear.
 
     A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
     without wear, (a_H/a)³ of the calculated wear volume is due to elastic deformation; local wear gives the same within
-    4 % of that volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)².
+    4 % of that volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)². A scar that may be as wide as the unworn
+    contact may be no wear at all, and a track is worn no deeper than its pin.
     """
     pin = run.manifest.pin
     if pin is None or not (pin.line or pin.shape == "spherical"):
@@ -601,18 +602,35 @@ def elastic_scar(run: RawRun) -> Iterator[Trouble]:
     # By V ~ a⁴ + 2a*³a − 3a*⁴ of the GIWM at the depth a²/2R, with a*³ = 4/3·a_H³.
     by_giwm = not pin.line and "depth" in run.columns
     fitted = ", and k_D from a GIWM fit to the depth signal by several times this fraction" if by_giwm else ""
-    for name, scar in _scars(run):
-        share = (start / scar.value) ** power if scar.value > start else 0.0
-        if share <= max(_ELASTIC, (power + 1) * scar.u_or_zero / scar.value):
+    for name, size, what in (*_rubbed(run, start), *_track_by_width(run)):
+        share = min((start / size.value) ** power, 1.0)
+        if share <= max(_ELASTIC, (power + 1) * size.u_or_zero / size.value):
             continue
+        part = "all" if share == 1 else f"about {100 * share:.0f} %"
         yield Trouble(
             f"end_values.{name}",
-            f"found {scar.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: about "
-            f"{100 * share:.0f} % of the wear volume calculated from the scar is due to elastic deformation; expected "
-            f"a scar at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
+            f"found {size.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: "
+            f"{part} of the wear volume calculated from the {what} is due to elastic deformation; expected "
+            f"a {what} at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
             f"volume and k_D are too large by about this fraction{fitted}; enter a profile or a wear depth instead, or "
             "run a longer test",
         )
+
+
+def _rubbed(run: RawRun, start: float) -> Iterator[tuple[str, EndValue, str]]:
+    """Yield the sizes of the scar, unless they are smaller than any contact can be, m."""
+    for name, scar in _scars(run):
+        if scar.value + 3 * scar.u_or_zero >= start:
+            yield name, scar, "scar"
+
+
+def _track_by_width(run: RawRun) -> Iterator[tuple[str, EndValue, str]]:
+    """Yield the width of the track if its volume follows from it alone."""
+    width = run.manifest.end_values.disc_track_width
+    with suppress(ContactError, FitError):
+        way = surest(track_wear(run, DefaultUncertainty()), "volume")
+        if width is not None and width.value and way is not None and way.name == "disc_track_width":
+            yield "disc_track_width", width, "track"
 
 
 def _scar_across(run: RawRun, contact_length: float) -> Iterator[Trouble]:

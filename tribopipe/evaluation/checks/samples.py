@@ -263,8 +263,8 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         return
     nominal, _ = stated_or_default(stated, DefaultUncertainty().normal_load * stated.value)
     median, allowed = float(np.median(load)), max(3 * nominal.u_or_zero, 0.02 * nominal.value)
+    counts = "nominal" if cleaned.run.recorded_load is None else "recorded"
     if abs(median - nominal.value) > allowed:
-        counts = "nominal" if cleaned.run.recorded_load is None else "recorded"
         yield Trouble(
             "normal_force",
             f"found a median of {_shown('normal_force', median)} under load; expected the nominal load of "
@@ -278,7 +278,7 @@ def load_not_nominal(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             f"found a mean of {_shown('normal_force', median + excess)} and a median of "
             f"{_shown('normal_force', median)} under load; expected them to agree within three standard uncertainties "
             "or 2 %",
-            'the mean is used for wear; if the peaks are artifacts of the load cell, add the step "mask" '
+            f'the {counts} load is used for wear; if the peaks are artifacts of the load cell, add the step "mask" '
             "with limits.normal_force",
         )
 

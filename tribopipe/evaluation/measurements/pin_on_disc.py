@@ -125,7 +125,8 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
     Parameters
     ----------
     end
-        What gives the depth of the pin; where its volume or the disc was measured, or the pin is flat, the answer is 1.
+        What gives the depth of the pin; where its volume or the disc was measured, or its
+        contact is a line, the answer is 1.
     share
         Depth of the groove over that of the pin.
     by_sensor
@@ -133,7 +134,7 @@ def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> floa
     """
     depth, tip = end.pin_depth.value, end.tip
     known = end.disc is not None or (end.by_volume and not by_sensor)
-    if known or not tip.widens or not depth > 0:
+    if known or tip.line or not depth > 0:
         return 1.0
     contact = tip.on_track(tip.radius)
     if by_sensor:

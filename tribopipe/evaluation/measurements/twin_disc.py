@@ -81,7 +81,7 @@ def _measured(
 
 def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> tuple[Quantity, Source]:
     spread = {
-        "wear_volume": defaults.wear_volume * stated.value,
+        "wear_volume": defaults.wear_volume * abs(stated.value),
         "wear_depth": defaults.wear_depth.value,
         "track_width": defaults.track_width.value,
     }[what]

@@ -5,8 +5,9 @@ Compressive loads and friction in one direction are positive, and the signals na
 When nothing touches, the lab may state. Otherwise the measured load shows: a run that begins or ends on a level
 stretch, from which the load then goes off by at least half the nominal load, did so without contact if that stretch
 reads zero, or less than zero seen in the direction of loading. A level above zero may be a small load, and is left
-alone; so is one that is no nearer to zero than half the step to the load, since it may be the load itself, upside
-down.
+alone, but that what friction reads there is no friction where it is more than twice such a load of at most a fiftieth
+of the whole. Left alone is also a level that is no nearer to zero than half the step to the load, since it may be the
+load itself, upside down.
 """
 
 import math
@@ -81,6 +82,8 @@ _NEARER = 0.5
 """Share of the step to the load by which a level without contact is off zero at most."""
 _NOISE = 6.0
 """Or standard deviations of its noise."""
+_MOST_FRICTION = 2.0
+"""Friction coefficient beyond which a friction force is the zero of its sensor."""
 _TRIMMED = 0.1
 """Share of a stretch, next to the loading, that is left out."""
 _TOLD = 2.0
@@ -93,7 +96,8 @@ def zero_forces(bench: Bench, step: Zero) -> None:
     if where is None:
         return
     why = "in the stated windows" if step.windows else "without contact"
-    zeroed = [name for name in step.signals if _zeroed(bench, name, where, why)]
+    names = step.signals if step.windows else [name for name in step.signals if not _may_be_a_load(bench, name, where)]
+    zeroed = [name for name in names if _zeroed(bench, name, where, why)]
     if zeroed and bench.measured("friction_force") is not None and bench.measured("friction_coefficient") is not None:
         what = "the recorded coefficient is replaced by one calculated from the zeroed forces"
         bench.leave_out("friction_coefficient", what, "the instrument calculates it from forces that are not zeroed")
@@ -142,6 +146,19 @@ def _unloaded(bench: Bench) -> Selection | None:
     return where
 
 
+def _may_be_a_load(bench: Bench, name: SignalName, where: Selection) -> bool:
+    """Return whether a stretch reads a small load, and the force no more than its friction, or the load itself."""
+    load, force = bench.measured("normal_force"), bench.measured(name)
+    if load is None or force is None:
+        return False
+    seen = load[where & np.isfinite(load)]
+    pressing = math.copysign(1.0, float(np.nanmedian(load)) - float(np.mean(seen)))
+    level = max(pressing * float(np.mean(seen)), 0.0)
+    if level <= float(np.std(seen)):
+        return False
+    return name == "normal_force" or abs(float(np.nanmean(force[where]))) <= _MOST_FRICTION * level
+
+
 def _level_stretch(load: Column, nominal: float) -> int:
     """Return how many samples the level stretch without contact has with which the record begins; 0 where none."""
     start = load[:_FEWEST]
@@ -150,8 +167,8 @@ def _level_stretch(load: Column, nominal: float) -> int:
     level, noise = float(np.median(start)), float(np.std(start))
     low, high = np.percentile(fewer(load), [5, 95])
     step = float(max(high - level, low - level, key=abs))
-    away = math.copysign(1.0, step)
-    if abs(step) < nominal / 2 or level * away > noise or abs(level) >= _NEARER * abs(step):
+    above = level * math.copysign(1.0, step)
+    if abs(step) < nominal / 2 or above > max(noise, _LEVEL * abs(step)) or abs(level) >= _NEARER * abs(step):
         return 0
     off = np.flatnonzero(np.abs(load - level) > max(_NOISE * noise, _LEVEL * abs(step)))
     length = int((1 - _TRIMMED) * (off[0] if len(off) else len(load)))

@@ -47,8 +47,9 @@ def designs(
     def widths(length: float) -> list[float]:
         return [half_width(lines) for lines in run.budgets(length)]
 
-    def width_of(place: int, between: float, length: float) -> float:
-        return math.hypot(widths(length)[place], between)
+    def width_of(place: int, own: float, between: float, length: float) -> float:
+        # A test as long as the run is no better than the run, whose budget is that of its own samples.
+        return math.hypot(widths(length)[place] * max(1.0, own / widths(1.0)[place]), between)
 
     found = []
     for place, (body, own) in enumerate(zip(run.bodies, run.budgets(), strict=True)):
@@ -63,7 +64,9 @@ def designs(
         )
         if _above_zero(plan.wear_coefficient):
             lines = (*own, Contribution(name=SCATTER, source="fit", relative=known)) if known else own
-            length, by_distance = shortest(partial(width_of, place, COVERAGE_FACTOR * (known or 0.0)), wanted)
+            length, by_distance = shortest(
+                partial(width_of, place, half_width(own), COVERAGE_FACTOR * (known or 0.0)), wanted
+            )
             end = None if length is None else run.end.model_copy(update={"value": length * run.end.value})
             longer = {contact.progress.signal: end, "by_distance": by_distance}
             plan = plan.model_copy(update=longer | _as_long(lines, common, wanted, contact))

@@ -271,7 +271,7 @@ class DepthProblem(WearProblem):
         In a groove, a pin whose depth only the sensor shows has lost the more at that depth the less deep it is.
         """
         volume = self.pin(values).volume(depth)
-        if not self._groove_alone or not self.contact.pin.widens:
+        if not self._groove_alone or self.contact.pin.line:
             return volume
         ratio = np.maximum(values["disc_end_value"], 0.0) / depth
         return np.asarray(volume * self._growth_at(ratio) / self._groove_growth(values))

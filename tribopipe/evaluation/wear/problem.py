@@ -47,7 +47,7 @@ from tribopipe.physics.friction_path import FrictionPath
 from tribopipe.physics.laws import WearLaw, law_named
 from tribopipe.physics.load_course import LoadCourse, effective_distance
 from tribopipe.physics.pin_on_disc import PinContact
-from tribopipe.physics.pin_on_track import depth_growth, volume_growth
+from tribopipe.physics.pin_on_track import depth_growth, flat_volume_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, best_values
 from tribopipe.results.run import CorrectedRun
@@ -176,6 +176,8 @@ class WearProblem:
 
     def _growth_at(self, ratio: Numbers) -> Column:
         """Return the volume that the pin has lost over that on a plane, for the depth of the groove over its own."""
+        if self.contact.pin.constant_area:
+            return flat_volume_growth(ratio)
         return np.asarray(volume_growth(ratio) * self._beyond_paraboloid)
 
     @cached_property
@@ -194,16 +196,16 @@ class WearProblem:
 
     def _grown_after(self, effective: Column) -> Numbers:
         ratio = float(self._depth_ratio(self.values))
-        if not ratio:
+        if not ratio or self.contact.pin.constant_area:
             return 1.0
         whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
         tip, depth = self.end.tip.on_track(self.end.tip.radius), self.end.pin_depth.value
         return depth_growth(tip, effective / whole, depth, ratio * depth)
 
     def _depth_ratio(self, values: Values) -> Numbers:
-        """Return the depth of the groove over that of the pin where that shapes the scar, and 0 where it does not."""
+        """Return the depth of the groove over that of the pin where that shapes the pin, and 0 where it does not."""
         depth = self.end.pin_depth.value
-        if "disc_end_value" not in values or not self.contact.pin.widens or not depth > 0:
+        if "disc_end_value" not in values or self.contact.pin.line or not depth > 0:
             return 0.0
         # A draw of a disc that has hardly worn may be below zero, and counts as what it is, lest the mean be off.
         return np.maximum(values["disc_end_value"] / depth, _LEAST_RATIO)
