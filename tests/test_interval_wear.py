@@ -9,7 +9,7 @@ from end_value_runs import DENSITY, described, run_of, si
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.views.run_page import _specific_wear_told
+from tribopipe.views.run_page import _specific_wear_section
 
 END, STOPS, LOAD = 25e3, 12, 10.0
 PLACES = np.linspace(END / STOPS, END, STOPS)
@@ -134,7 +134,7 @@ def test_check_says_where_the_overall_rate_is_not_the_steady_one(ran_in, found):
 
 
 def test_page_of_the_run_has_the_intervals_and_the_steady_rate():
-    told = _specific_wear_told(specific_wear(weighed(lost(RAN_IN))), {})
+    told = _specific_wear_section(specific_wear(weighed(lost(RAN_IN))), {})
     *_, table = told.tables
     assert (table.title, len(table.rows)) == ("wear between measurements", STOPS)
     assert "steady-state wear rate of the pin" in str(told.facts)
