@@ -18,11 +18,12 @@ from tribopipe.evaluation.wear.local import LocalOptions
 from tribopipe.pipeline.stages import wear_archived_locally
 from tribopipe.views.archived_figures import save_run_figures
 from tribopipe.views.local_wear_figures import (
+    local_wear_figures,
     plot_local_wear,
     plot_pin_profiles,
     plot_pressure_maps,
-    save_local_wear_figures,
 )
+from tribopipe.views.run_figures import save_figures
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from economy import EngineCurve, plot_engines
@@ -133,7 +134,8 @@ def test_nothing_is_cut_off_or_overlaps(drawn):
 @pytest.mark.slow
 def test_figures_are_the_same_each_time(tmp_path):
     for name in ("first", "second"):
-        save_local_wear_figures(pin_curves(), PIN, tmp_path / name, ".svg")
+        figures = local_wear_figures(pin_curves(), PIN)
+        save_figures(tmp_path / name, {f"{what}.svg": figure for what, figure in figures.items()})
     for path in (tmp_path / "first").iterdir():
         assert path.read_bytes() == (tmp_path / "second" / path.name).read_bytes()
 

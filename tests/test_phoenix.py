@@ -105,9 +105,10 @@ def test_k_d_of_a_flat_pin_is_area_times_wear_over_load_and_distance(tmp_path):
     expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
     assert fit.first.wear_coefficient.value == pytest.approx(expected, rel=0.03)
     # Drift is a line of any rate, and so is the wear of a flat pin: the measurement alone tells, and load and radius.
-    ideal = np.hypot(4 / 404, np.hypot(0.01, 2 * 0.002))
+    # A groove of 15 % of the depth, which nobody looked for, would have taken 2 % more from the pin.
+    ideal = np.hypot(4 / 404, np.hypot(np.hypot(0.01, 2 * 0.002), 0.0207))
     assert fit.first.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
-    assert [finding.code for finding in fit.findings if finding.severity != "note"] == []
+    assert [finding.code for finding in fit.findings if finding.severity != "note"] == ["disc_not_measured"]
 
 
 @pytest.mark.slow
@@ -117,8 +118,8 @@ def test_k_d_of_a_flat_pin_by_the_sensor_alone_is_labeled(tmp_path):
     expected = AREA * truth.wear * 1e-6 / (59.841 * truth.distance)
     assert fit.first.wear_coefficient.value == pytest.approx(expected, rel=0.03)
     # Of 0.3 µm of noise the line through 1800 samples leaves next to nothing; the prior of the drift, load, radius and
-    # scale of the sensor are left.
-    ideal = np.hypot(0.25 / 404, np.hypot(np.hypot(0.01, 2 * 0.002), 0.005))
+    # scale of the sensor are left; and a groove of 15 % of the depth of the pin, which the sensor reads as well.
+    ideal = np.hypot(0.25 / 404, np.hypot(np.hypot(0.01, 2 * 0.002), np.hypot(0.005, 1 - 1.0207 / 1.15)))
     assert fit.first.wear_coefficient.standard_uncertainty / expected < 1.5 * ideal
     assert fit.basis == "reading"
     assert "no_post_test_measurement" in {finding.code for finding in fit.findings}
