@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tribopipe.readers.delimited import DelimitedReader
+from tribopipe.readers.headed_tables import moment
 from tribopipe.readers.reader import Hints
 from tribopipe.results.run import SourceFile
 
@@ -43,3 +44,18 @@ def test_other_texts_stay_texts(times):
 def test_a_column_with_a_unit_of_time_is_the_time():
     found, _ = columns("Clock;Time [s];mu\n21:48:30;0;0.5\n21:48:31;1;0.5\n")
     assert found["Clock"].unit is None
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("2024-02-29 9:05:07", "2024-02-29T09:05:07"),
+        ("0999-01-01 10:00", None),
+        ("2024-02-30 10:00", None),
+        ("2023-02-29 10:00", None),
+        ("2024-04-31 10:00", None),
+        ("2024-04-30 24:00", None),
+    ],
+)
+def test_a_start_is_a_day_of_the_calendar(written, told):
+    assert moment(written) == told

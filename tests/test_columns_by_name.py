@@ -116,9 +116,37 @@ def test_other_brackets_in_a_name_are_no_factor(tmp_path, column):
     assert counted(tmp_path, column).columns["rotations"][-1] == pytest.approx(1.999e6 if "M" in column else 1.999)
 
 
+@pytest.mark.parametrize("name", ["v [m/s]", "v (m/s)", "v_gleit [mm/s]"])
+def test_the_symbol_of_the_sliding_speed_is_recognized_with_its_unit(tmp_path, name):
+    run = read_run(made(tmp_path, names=NAMES.replace("Depth [um]", name)))
+    factor = 1e-3 if "mm/s" in name else 1
+    assert run.origins["sliding_speed"] == "measured"
+    assert run.columns["sliding_speed"][-1] == pytest.approx(19.99 * factor)
+    assert run.sliding_distance[-1] == pytest.approx(19.99 * factor * 199.9 / 2, rel=1e-3)
+    assert f"signals.csv: column {name!r} is interpreted as sliding_speed, from its name" in run.notes
+
+
+@pytest.mark.parametrize("name", ["v", "v [V]", "v1 [m/s]", "v_soll [m/s]", "Rolling speed (mm/s)", "wear rate [um/s]"])
+def test_other_symbols_and_speeds_are_no_sliding_speed(tmp_path, name):
+    run = read_run(made(tmp_path, names=NAMES.replace("Depth [um]", name)))
+    assert run.origins.get("sliding_speed") != "measured"
+    assert "unused_signal" not in findings(run)
+
+
+def test_a_recorded_speed_goes_before_a_symbol(tmp_path):
+    run = read_run(made(tmp_path, names=NAMES.replace("Depth [um]", "v [m/s]").replace("Ff [mN]", "Speed [m/s]")))
+    assert run.columns["sliding_speed"][0] == 100
+    assert "unused_signal" not in findings(run)
+
+
 @pytest.mark.parametrize(
     ("names", "why"),
     [
+        (NAMES.replace("Depth [um]", "Tempo [m/s]"), "is not used: it could also be another speed"),
+        (
+            NAMES.replace("Depth [um]", "v [m/s]").replace("Ff [mN]", "v_ist [m/s]"),
+            "column 'v_ist [m/s]' seems to be sliding_speed and is not used: another",
+        ),
         (
             NAMES.replace("Ff [mN]", "Ff"),
             "column 'Ff' seems to be friction_force and is not used: its unit is unknown",

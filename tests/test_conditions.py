@@ -237,6 +237,20 @@ def test_a_count_of_strokes_is_no_count_of_cycles(tmp_path, stated):
     assert "found a mean speed of 0.02 m/s from time and sliding distance; expected the nominal 0.01 m/s" in told
 
 
+@pytest.mark.parametrize(("counted", "told"), [(1, False), (2, True)])
+def test_cycles_that_are_not_used_are_held_against_the_stated_frequency(tmp_path, counted, told):
+    time = np.arange(0, 100, 0.5)
+    lines = [f"{t:g},{np.floor(counted * t):g},0.3" for t in time]
+    text = "\n".join(["time [s],Cycles,COF", *lines])
+    found = found_in(run_of(tmp_path, "log.csv", text.encode(), normal_load="1 N", stroke="5 mm", frequency="1 Hz"))
+    assert ("conditions_differ" in found) == told
+    if told:
+        (message,) = found["conditions_differ"]
+        assert message.startswith(
+            "conditions.frequency: found 1 Hz in run.toml, but 2 Hz by the counts in column 'Cycles'"
+        )
+
+
 def test_a_count_of_cycles_breaks_no_identity(tmp_path):
     found = found_in(counting(tmp_path, 4000, 1, frequency="1 Hz"))
     assert not found.keys() & {"distance_not_planned", "strokes_differ"}

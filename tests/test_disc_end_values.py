@@ -13,7 +13,7 @@ from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe, WearRecipe
 from tribopipe.evaluation.checks.end_values import impossible_measurement
 from tribopipe.evaluation.drift import correct_drift
-from tribopipe.evaluation.measurements.twin_disc import disc_end_wear, disc_measurements
+from tribopipe.evaluation.measurements.twin_disc import disc_end_wear, disc_measurements, twin_disc_wear
 from tribopipe.extras.simulate import VirtualTwinDiscTest
 from tribopipe.readers.harmonize import read_run
 from tribopipe.results.run import RawRun
@@ -271,3 +271,10 @@ def test_discs_without_wear_drift_by_all_they_show(value):
     assert shown is None or shown.value > 0
     assert correction.end_wear_depth.value == pytest.approx(0.0, abs=2e-9)
     assert BARE.contact.kind == "twin-disc"
+
+
+def test_what_a_volume_was_calculated_from_is_named():
+    worn = twin_disc_wear(weighed(), DefaultUncertainty(), None).bodies
+    assert [one.name for one in worn["curved_disc"]] == ["curved_disc_mass_loss"]
+    stated = twin_disc_wear(raw({"curved_disc_wear_volume": volume(4e-12)}), DefaultUncertainty(), None).bodies
+    assert [one.name for one in stated["curved_disc"]] == ["curved_disc_wear_volume"]

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from built_files import xlsx
 
+from tribopipe.readers.harmonize import read_run
+
 HEAD = (
     "specimen;normal load [N];sliding speed [m/s];sliding distance [m];ball diameter [mm];scar diameter [um];"
     "u(scar diameter) [um];Disc Mass Loss [mg];mean friction;lab book"
@@ -173,6 +175,105 @@ def test_a_point_among_decimal_commas_may_stand_between_thousands(run_cli, lab, 
     assert refused.exit_code == 1
     assert told in refused.stderr
     assert "the point may be a decimal or a thousands separator" in refused.stderr
+
+
+@pytest.mark.parametrize(("written", "number"), [("10000", 1e4), ("1e6", 1e6), ("1_000_000", 1e6)])
+def test_rotations_of_a_pin_give_its_sliding_distance(run_cli, lab, written, number):
+    head = "run;normal load [N];rotations;track_radius [mm];scar diameter [um];sliding speed [m/s]"
+    table(lab, f"P1;5;{written};8;412;0.1", head=head)
+    made = run_cli("new", "tests.csv", "--each-row", "--template", "lab.toml")
+    assert made.exit_code == 0, made.stderr
+    conditions = run_toml("P1")["conditions"]
+    assert "rotations" not in conditions
+    value, unit = conditions["sliding_distance"].split()
+    assert (float(value), unit) == (pytest.approx(number * 2 * math.pi * 8e-3, rel=1e-5), "m")
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "told"),
+    [
+        ("rotations;scar diameter [um]", "1e6;412", "line 2: found rotations without a track radius"),
+        (
+            "rotations;track_radius [mm];sliding distance [m]",
+            "1e4;8;600",
+            "line 2: found a sliding_distance of 600 m, but 502.655 m from rotations",
+        ),
+        ("rotations;track_radius [mm]", "many;8", "line 2: conditions.rotations: found 'many'"),
+    ],
+)
+def test_rotations_that_give_no_distance_are_refused(run_cli, lab, head, row, told):
+    table(lab, f"P1;5;0.1;{row}", head=f"run;normal load [N];sliding speed [m/s];{head}")
+    refused = run_cli("new", "tests.csv", "--each-row")
+    assert refused.exit_code == 1
+    assert told in refused.stderr
+
+
+DISC = 'rolling_radius = "20 mm"\nmaterial = "100Cr6"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
+ROLLING = (
+    'schema = "tribopipe.template/1"\n[contact]\nkind = "twin-disc"\n'
+    f'[contact.curved_disc]\ncrown_radius = "50 mm"\n{DISC}density = "7.81 g/cm^3"\n[contact.flat_disc]\n{DISC}'
+    '[conditions]\ncurved_disc_speed = "1 m/s"\nslip = "5 %"\n'
+)
+
+
+@pytest.mark.parametrize("written", ["100000", "1e5", "100_000"])
+def test_a_row_of_two_discs_is_as_long_as_its_rotations(run_cli, lab, written):
+    (lab / "discs.toml").write_text(ROLLING, encoding="utf-8")
+    table(lab, f"D1;200;{written};9.8", head="run;normal load [N];rotations;curved_disc_mass_loss [mg]")
+    made = run_cli("new", "tests.csv", "--each-row", "--template", "discs.toml")
+    assert made.exit_code == 0, made.stderr
+    assert run_toml("D1")["conditions"]["rotations"] == 1e5
+    run = read_run(Path("D1"))
+    assert run.columns["rotations"].tolist() == [0, 1e5]
+    assert run.columns["time"][-1] == pytest.approx(1e5 * 2 * math.pi * 20e-3 / 1.0)
+
+
+def test_a_row_of_two_discs_without_rotations_is_refused(run_cli, lab):
+    (lab / "discs.toml").write_text(ROLLING, encoding="utf-8")
+    table(lab, "D1;200;9.8", head="run;normal load [N];curved_disc_mass_loss [mg]")
+    refused = run_cli("new", "tests.csv", "--each-row", "--template", "discs.toml")
+    assert "line 2: found no conditions.rotations; expected the rotations, the speed and the radius" in refused.stderr
+
+
+def test_a_count_for_another_contact_is_called_that(run_cli, lab):
+    (lab / "log.csv").write_text("Time [s];Friction force [N]\n0;2\n1;2\n2;3\n", encoding="utf-8")
+    refused = run_cli("new", "log.csv", "--set", "contact.kind=pin-on-disc", "--set", "conditions.rotations=1e6")
+    assert "conditions.rotations: found a key that does not apply to pin-on-disc runs" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("5;1;1.000;412;a", "10;1;2.000;512;b"),
+        ("5;1;1.000;412;1.4301", "10;1;500;512;1.3505"),
+    ],
+)
+def test_a_point_without_any_other_decimal_sign_may_stand_between_thousands(run_cli, lab, first, second):
+    table(lab, f"P1;{first}", f"P2;{second}", head=AREAS.replace("Legierung", "contact.disc.material"))
+    refused = run_cli("new", "tests.csv", "--each-row")
+    assert refused.exit_code == 1
+    assert "line 2, column 'Gleitweg [m]': found '1.000', where the point may be a decimal or" in refused.stderr
+    assert "write 1000, or append a zero as a further decimal" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("row", "separator"),
+    [
+        ("5;1;1.000;512.5;a", ";"),
+        ("5;1;1.000;510 ± 0.5;a", ";"),
+        ("5;1;1.0000;512;a", ";"),
+        ("5;1;1.000e3;512;a", ";"),
+        ("5;1;1.000;512;a", ","),
+        ("5;1;1.000;512;a", "\t"),
+    ],
+)
+def test_a_point_is_decimal_where_it_is_shown_to_be_or_commas_separate_columns(run_cli, lab, row, separator):
+    table(lab, f"P1;{row}".replace(";", separator), head=AREAS.replace(";", separator))
+    made = run_cli("new", "tests.csv", "--each-row")
+    assert "thousands" not in made.stderr
+    if "±" not in row:
+        assert made.exit_code == 0
+        assert run_toml("P1")["conditions"]["sliding_distance"] == row.split(";")[2] + " m"
 
 
 def test_points_are_decimal_where_no_number_has_a_decimal_comma(run_cli, lab):

@@ -333,6 +333,74 @@ def test_of_a_disc_that_does_not_wear_nothing_is_told_and_a_stated_one_narrows_t
     assert np.std(unknown.coefficient) > 0.15 * PIN_K
 
 
+def altered(run: RawRun, depth: np.ndarray) -> RawRun:
+    return replace(run, columns={**run.columns, "depth": depth})
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_a_depth_signal_of_the_wrong_sign_is_refused_with_the_remedy(share):
+    run = grooved_run(0.0)
+    with pytest.raises(FitError, match=r"found a change of -\d.* µm in the depth signal.*\"invert\".*--recipe"):
+        followed(altered(run, -run.columns["depth"]), share)
+
+
+def test_live_with_a_wrong_sign_prints_one_sentence(run_cli, sample_run):
+    manifest = sample_run / "run.toml"
+    signals = sample_run / "signals.csv"
+    names, *rows = signals.read_text(encoding="utf-8").splitlines()
+    place = names.split(",").index(next(name for name in names.split(",") if "epth" in name))
+    turned = [row.split(",") for row in rows]
+    for row in turned:
+        row[place] = str(-float(row[place]))
+    signals.write_text("\n".join([names, *map(",".join, turned)]) + "\n", encoding="utf-8")
+    text = manifest.read_text(encoding="utf-8")
+    manifest.write_text(text[: text.index("[end_values]")] + text[text.index("[sensors]") :], encoding="utf-8")
+    shown = run_cli("live", sample_run, "--once")
+    assert "in the depth signal, which does not agree with wear" in shown.stdout
+    assert "bug" not in shown.stderr
+
+
+def test_without_wear_the_intervals_begin_at_zero():
+    from tribopipe.extras.live.estimate import estimated
+
+    run = made_run()
+    noise = np.random.default_rng(1).standard_normal(len(run))
+    flat = altered(run, 2e-6 + 5e-8 * noise - 1e-8 * np.sqrt(run.columns["time"] / run.columns["time"][-1]))
+    found, _ = followed(flat)
+    told = estimated(found, "archard", END)
+    assert told.wear_coefficient.value == 0
+    for low, high in (told.interval, told.wear_depth_interval, told.predicted_interval):
+        assert low.value == 0 < high.value
+    assert held(np.append(found.coefficient, 0.0), np.median(found.coefficient))
+    assert told.interval[1].value == pytest.approx(np.quantile(found.coefficient, 0.95))
+
+
+def test_a_drift_that_decreases_is_no_wear_of_the_disc():
+    run = made_run()
+    noise = 5e-8 * np.random.default_rng(1).standard_normal(len(run))
+    found, _ = followed(altered(run, 2e-6 - 1.5e-6 * run.columns["time"] / run.columns["time"][-1] + noise), 0.9)
+    assert found.both_worn is None
+    (alarm,) = counterbody_alarms(found)
+    assert alarm.kind == "drift"
+    assert "k_D would be" not in alarm.message
+    assert "check the sign of the depth signal, and for thermal drift" in alarm.message
+
+
+def test_a_drift_beside_known_wear_of_the_ring_is_told():
+    known = Known(disc_wear=Quantity(value=0.0, unit="m", standard_uncertainty=250e-9))
+    found, _ = followed(ring_run(), known=known)
+    (alarm,) = counterbody_alarms(found)
+    assert alarm.kind == "drift"
+    assert "where a sensor has 0 ± 250 nm: check the sensor, and for thermal drift" in alarm.message
+
+
+def test_a_signal_that_settles_without_wear_is_refused():
+    run = made_run()
+    noise = 5e-8 * np.random.default_rng(1).standard_normal(len(run))
+    with pytest.raises(FitError, match="which does not agree with wear"):
+        followed(altered(run, 2e-6 - 5e-6 * (1 - np.exp(-run.columns["time"] / 125)) + noise), 0.9)
+
+
 def test_before_the_planned_end_an_end_value_is_not_that_of_the_run_so_far(sample_run):
     signals = sample_run / "signals.csv"
     content = signals.read_bytes()

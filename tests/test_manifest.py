@@ -168,6 +168,28 @@ def test_a_load_of_zero_is_shown_as_it_is_written():
         read_document(with_value(("conditions", "normal_load"), "0 N"), RunManifest, where="where")
 
 
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        (45, 'found 45, that is, 4500 %; expected at most 100 %; write "45 %", if that is meant'),
+        ("120 %", "found 1.2, that is, 120 %; expected at most 100 %; correct the value"),
+        ("45", 'found 45, that is, 4500 %; expected at most 100 %; write "45 %", if that is meant'),
+        ("45000 %", "found 450, that is, 45000 %; expected at most 100 %; correct the value"),
+    ],
+)
+def test_a_humidity_above_100_percent_is_refused_with_the_likely_meaning(written, message):
+    document = with_value(("conditions", "relative_humidity"), written)
+    with pytest.raises(ManifestError, match=rf"^where: conditions.relative_humidity: {re.escape(message)}"):
+        read_document(document, RunManifest, where="where")
+
+
+@pytest.mark.parametrize("written", ["45 %", 0.45, "100 %", 1])
+def test_a_humidity_of_up_to_100_percent_is_taken(written):
+    document = with_value(("conditions", "relative_humidity"), written)
+    read = read_document(document, RunManifest, where="where")
+    assert read.conditions.relative_humidity.value == (0.45 if written in ("45 %", 0.45) else 1)
+
+
 def test_a_missing_key_is_shown_with_an_example():
     document = copy.deepcopy(DOCUMENT)
     del document["conditions"]["normal_load"]

@@ -173,3 +173,17 @@ def test_wear_beyond_abrasion_is_named_by_the_hardness(hardness, found):
     worn = {"end_values.disc_wear_volume": {"value": "900 mm^3", "standard_uncertainty": "1 mm^3"}}
     hard = {} if hardness is None else {"contact.disc.vickers_hardness": hardness}
     assert [where for _, code, where in flags(bench(worn | hard)) if code == "implausible_wear"] == found
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "spread", "flagged"),
+    [
+        ("pin_wear_depth", "0 nm", "1 nm", False),
+        ("pin_wear_volume", "1e-14 mm^3", "1e-14 mm^3", False),
+        ("pin_wear_volume", "1e-14 mm^3", "1e-16 mm^3", True),
+    ],
+)
+def test_a_body_that_is_stated_unworn_has_no_implausible_wear(name, value, spread, flagged):
+    end = {name: {"value": value, "standard_uncertainty": spread}}
+    messages = [one.message for one in check_run(bench({"end_values": end}))]
+    assert any("found a dimensionless wear coefficient" in message for message in messages) == flagged

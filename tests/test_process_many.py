@@ -14,6 +14,7 @@ from tribopipe.archive.store import Archive
 from tribopipe.base.executor import Crew
 from tribopipe.cli.options import Part, crew, seen_by
 from tribopipe.cli.process import _say_missing
+from tribopipe.cli.summary import _origin
 from tribopipe.pipeline.stages import Outcome
 from tribopipe.results.wear_fit import WearFit
 
@@ -203,3 +204,36 @@ def test_what_a_run_without_k_d_is_missing_is_said_once(capsys):
         fit = WearFit(model=law, outcome="not fitted", missing=("a scar",))
         _say_missing(Outcome("one", "wear_fit", "done", fit), told)
     assert capsys.readouterr().err == "one: archard: no wear coefficient: missing a scar\n"
+
+
+# --- tables of -v ---
+
+
+def test_a_run_without_bodies_has_a_row_in_the_tables(run_cli, tmp_path):
+    folder = tmp_path / "friction"
+    folder.mkdir()
+    rows = "".join(f"{second},{2 + 0.01 * (second % 3)}\n" for second in range(60))
+    (folder / "signals.csv").write_text(f"Time [s],Friction force [N]\n{rows}", encoding="utf-8")
+    (folder / "run.toml").write_text(
+        'schema = "tribopipe.run/1"\nid = "friction"\n[conditions]\nnormal_load = "5 N"\nsliding_speed = "0.1 m/s"\n'
+        '[[signals]]\nfile = "signals.csv"\n',
+        encoding="utf-8",
+    )
+    done = run_cli("process", folder, "--archive", tmp_path / "archive", "--no-figures", "-v")
+    assert done.exit_code == 0, done.stderr
+    (row,) = (line for line in done.stdout.splitlines() if line.strip().startswith("friction "))
+    assert row.split()[:3] == ["friction", "–", "–"]
+
+
+@pytest.mark.parametrize(
+    ("references", "shown"),
+    [
+        ({}, ""),
+        ({"archard": None}, ""),
+        ({"archard": "a", "sarkar": "a"}, "a"),
+        ({"archard": "a", "sarkar": None}, "a"),
+        ({"archard": "a", "sarkar": "b"}, "a (Archard), b (Sarkar)"),
+    ],
+)
+def test_predictions_by_different_runs_name_each(references, shown):
+    assert _origin(references) == shown

@@ -27,6 +27,7 @@ from tribopipe.views.run_tables import (
     runs_markdown,
     runs_parquet,
     runs_workbook,
+    si_columns,
 )
 
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -268,3 +269,12 @@ def test_form_without_its_package_names_the_extra(runs, monkeypatch, package, ex
     monkeypatch.setitem(__import__("sys").modules, package, None)
     with pytest.raises(NotInstalledError, match=rf'pip install "tribopipe\[{extra}\]"'):
         write(runs)
+
+
+def test_a_count_of_findings_has_no_uncertainty(runs):
+    heads = runs_csv(runs, columns_named("load,findings")).decode().splitlines()
+    assert heads[0] == "load [mN],load uncertainty [mN],findings"
+    assert heads[1].split(",")[2] == "0.0"
+    found = si_columns(runs)
+    assert {"findings", "u_load"} <= found.values.keys()
+    assert "u_findings" not in found.values.keys() | found.units.keys()

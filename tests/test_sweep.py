@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -427,3 +428,58 @@ def test_a_run_folder_is_predicted_without_an_archive(swept, short_runs):
     told = swept(text, "--archive", "nowhere", "--json")
     assert told.exit_code == 0
     assert len(json.loads(told.stdout)["rows"]) == 4
+
+
+STEEL = 'material = "100Cr6"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3\n'
+HEAD = 'schema = "tribopipe.run/1"\nid = "run"\n[contact]\nkind = "{kind}"\n'
+END = '[conditions]\nnormal_load = "100 N"\nrotational_speed = "200 rpm"\n[[signals]]\nfile = "signals.csv"\n'
+SIZED = {
+    "contact.ring.diameter": HEAD.format(kind="block-on-ring")
+    + f'[contact.block]\nwidth = "6.35 mm"\n{STEEL}[contact.ring]\ndiameter = "SIZE"\n{STEEL}{END}',
+    "contact.ball.diameter": HEAD.format(kind="four-ball") + f'[contact.ball]\ndiameter = "SIZE"\n{STEEL}{END}',
+}
+OF_A_FOLDER = """
+schema = "tribopipe.sweep/1"
+[predictions]
+folder = "sized"
+at = ["500 m"]
+wear_coefficient = "1e-10 mm^3/(N*mm)"
+[vary.run]
+{varied}
+"""
+
+
+@pytest.mark.parametrize("key", SIZED)
+def test_what_follows_from_a_varied_size_follows_anew(swept, tmp_path, key):
+    def rows(size: str, varied: str) -> list[dict]:
+        (tmp_path / "sized").mkdir(exist_ok=True)
+        (tmp_path / "sized" / "run.toml").write_text(SIZED[key].replace("SIZE", size), encoding="utf-8")
+        told = swept(OF_A_FOLDER.format(varied=varied), "--archive", "nowhere", "--json")
+        assert told.exit_code == 0, told.stderr
+        return json.loads(told.stdout)["rows"]
+
+    varied = rows("12 mm", f'{key} = ["12 mm", "24 mm"]')
+    stated = [
+        *rows("12 mm", 'conditions.normal_load = ["100 N"]'),
+        *rows("24 mm", 'conditions.normal_load = ["100 N"]'),
+    ]
+    numbers = ("wear_depth", "time", "mean_pressure")
+    for one, other in zip(varied, stated, strict=True):
+        assert {name: one[name] for name in numbers} == {name: other[name] for name in numbers}
+    assert varied[0]["wear_depth"] != varied[1]["wear_depth"]
+
+
+def test_what_is_stated_twice_is_not_taken_for_derived(swept, tmp_path):
+    key = "contact.ring.diameter"
+    both = SIZED[key].replace('diameter = "SIZE"', 'diameter = "12 mm"\nradius = "6 mm"')
+    (tmp_path / "sized").mkdir()
+    (tmp_path / "sized" / "run.toml").write_text(both, encoding="utf-8")
+    told = swept(OF_A_FOLDER.format(varied=f'{key} = ["24 mm"]'), "--archive", "nowhere")
+    assert told.exit_code == 1
+    assert "ring.radius: found 6 mm for a ring diameter of 24 mm" in told.stderr
+
+
+def test_a_run_of_an_archive_ends_where_its_last_sample_is(archive):
+    run = Archive(archive).cleaned(RUN)
+    columns = {name: np.append(values, np.nan) for name, values in run.columns.items()}
+    assert replace(run, columns=columns).end == run.end == run.progress[-1]

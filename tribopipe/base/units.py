@@ -63,7 +63,7 @@ _DECIMAL_COMMA = re.compile(r"(?P<whole>\s*[+-]?\d+),(?P<decimals>\d+)(?![\d.,])
 _AFTER_THOUSANDS = re.compile(r"\s*[+-]?\d{1,3}(?:\.\d{3})+,\d+(?![\d.,])", re.ASCII)
 """Number with a decimal comma after points between thousands."""
 _MAYBE_THOUSANDS = re.compile(
-    r"\s*(?P<number>[+-]?0*[1-9]\d*(?P<sign>[.,])\d{3}(?:(?P=sign)\d{3})*)(?![\d.,])", re.ASCII
+    r"\s*(?P<number>[+-]?0*[1-9]\d*(?P<sign>[.,])\d{3}(?:(?P=sign)\d{3})*)(?![\d.,]|[eE][+-]?\d)", re.ASCII
 )
 _LONGEST_UNIT = 40
 _SPELLINGS = str.maketrans(
@@ -282,6 +282,11 @@ def with_point(text: str, *, commas: bool = False) -> str:
         )
     found = _DECIMAL_COMMA.match(text)
     return text if found is None else f"{found['whole']}.{found['decimals']}{text[found.end() :]}"
+
+
+def is_maybe_thousands(text: str) -> bool:
+    """Return whether a text begins with a number whose comma or point may stand between thousands: "1.000"."""
+    return _MAYBE_THOUSANDS.match(text) is not None
 
 
 def has_decimal_comma(text: str) -> bool:

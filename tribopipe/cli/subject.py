@@ -115,7 +115,7 @@ def archived_subject(store: "Archive", run_id: str, given: Given) -> Subject:
         fitted = archived_friction(store, run_id)
         return fitted_path(fitted) if given.eq_7 else run_path(run, fitted, given.recipe.wear.friction)
 
-    return Subject(run.manifest, float(run.progress[-1]), _friction(given, known), fit)
+    return Subject(run.manifest, run.end, _friction(given, known), fit)
 
 
 def _friction(

@@ -98,32 +98,41 @@ def _wear_rows(run: RunOutline) -> list[list[str]]:
 
 def _rows(run: RunOutline, laws: Sequence[LawName]) -> list[list[str]]:
     """Return a row for each body that is fitted or predicted; only the first contains the values of the run."""
-    steps, contact = run.steps, run.manifest.described
+    steps, contact = run.steps, run.manifest.contact
     drift = _result(steps, "drift_correction")
     fits = [_found(steps, WEAR_FITS[law], WearFit) for law in laws]
     predictions = [_found(steps, PREDICTIONS[law], WearPrediction) for law in laws]
-    reference = next((one.reference for one in predictions if one is not None), None)
+    origin = _origin({law: one.reference for law, one in zip(laws, predictions, strict=True) if one})
     fitted = any(fit is not None and fit.first is not None for fit in fits)
     ends: list[Mapping[str, PredictedBody]] = [{} if one is None else one.prediction[0].bodies for one in predictions]
     known = {name for one in (*(fit.bodies for fit in fits if fit is not None), *ends) for name in one}
-    names = [name for name in contact.body_names if name in known] or list(contact.body_names[:1])
+    described = () if contact is None else contact.body_names
+    names = [name for name in described if name in known] or [*described[:1]] or [""]
     rows: list[list[str]] = []
     for name in names:
-        measured = _measured(run, name)
+        measured = _measured(run, name) if name else None
         found = [None if fit is None else fit.bodies.get(name) for fit in fits]
         rows.append(
             [
                 "" if rows else run.manifest.id,
-                run.manifest.worded(spoken(name)),
+                run.manifest.worded(spoken(name)) if name else "–",
                 "" if rows else bare(drift.drift_rate if isinstance(drift, DriftCorrection) else None, "nm/min"),
                 *([""] * 3 if rows else _friction_cells(_result(steps, "friction_fit"))),
                 *(bare(None if one is None else one.wear_coefficient, WEAR_COEFFICIENT) for one in found),
                 _wear(measured),
                 *(_wear(_predicted(one.get(name), measured)) for one in ends),
-                "" if rows else reference or ("(fitted)" if fitted else "–"),
+                "" if rows else origin or ("(fitted)" if fitted else "–"),
             ]
         )
     return rows
+
+
+def _origin(references: Mapping[LawName, str | None]) -> str:
+    """Return the run or runs whose k_D the predictions are based on, with the laws if these differ."""
+    known = {law: reference for law, reference in references.items() if reference}
+    if len(set(known.values())) <= 1:
+        return next(iter(known.values()), "")
+    return ", ".join(f"{reference} ({law_label(law)})" for law, reference in known.items())
 
 
 def _found(steps: Mapping[StepName, StepOutline], name: StepName, record: type[R]) -> R | None:

@@ -151,6 +151,15 @@ class Conditions(Record):
     friction: StatedFriction | None = None
     """Friction for predictions with a law that depends on it, if known in advance; fits use the measured friction."""
 
+    @field_validator("relative_humidity")
+    @classmethod
+    def _humidity_is_at_most_100_percent(cls, humidity: Quantity | None) -> Quantity | None:
+        if humidity is not None and humidity.value > 1:
+            value = f"{humidity.value:g}"
+            meant = f'write "{value} %", if that is meant' if 2 < humidity.value <= 100 else "correct the value"
+            raise ValueError(f"found {value}, that is, {100 * humidity.value:g} %; expected at most 100 %; {meant}")
+        return humidity
+
     @property
     def nominal_speed(self) -> Quantity | None:
         """Nominal sliding speed of a pin, m/s: stated, ω·R of the track, or 2·stroke·frequency; None if unknown."""

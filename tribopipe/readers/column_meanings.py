@@ -78,6 +78,15 @@ _AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
 """Axes of a machine, which count where no other column has a name of the signal."""
 _TORQUES: dict[SignalName, str] = {"friction_force": "torque drehmoment couple coppia momento 扭矩 转矩 トルク"}
 """Torques that may be the drive's, which count where friction is recorded in no other way."""
+_SLIDING_SPEED = re.compile(r"v(?:s|t|m|rel|lin|ist|act|actual|mean|avg|slid|slide|sliding|gleit|gliss|desliz)?")
+"""Symbols of the sliding speed, plain, which mean it where the unit is that of a speed."""
+_OTHER_SPEED = re.compile(
+    r"v[xyz\d]|v?(?:max|min|set|soll|nom)|nominal|target|setpoint|roll|entrain|walz|adjust|stage|position"
+    r"|feed|vorschub|flow|vibrat|schwing|air|wear|rate|peak"
+)
+"""Beginnings or parts of the names of speeds at which no bodies slide."""
+_SLOWEST = 1e-5
+"""Value in m/s of the smallest unit in which sliding speeds are recorded; wear rates are in smaller ones."""
 _PARTICLES = re.compile(r"(?<![^\W_])(?:d(?:[aeiu]|el|ella|es)|l(?:[ae]|as|es|os)|[dl](?=['’]))(?![^\W_])")
 """Articles and prepositions of Romance languages between the words of a name: "fuerza de fricción", "durée d'essai"."""
 _FIRST_OF_THE_EAST = "\u2e80"
@@ -119,9 +128,10 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     """Report what columns mean, by name: by the format, else by their own names where the unit fits.
 
     Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
-    before a signal's own name, that before a synonym, that before an axis such as Fx, and where two synonyms stand for
-    one signal both are in doubt. A column of numbers keeps its meaning although a field of it is none, for which it is
-    refused later; one of words has a meaning that cannot be taken.
+    before a signal's own name, that before a synonym, that before an axis such as Fx, that before a symbol such as v
+    with its unit, and that before a unit alone. Where two synonyms stand for one signal both are in doubt. A column of
+    numbers keeps its meaning although a field of it is none, for which it is refused later; one of words has a meaning
+    that cannot be taken.
     """
     counted = Counter(column.name for column in columns)
     named = [column for column in columns if counted[column.name] == 1 and column.name]
@@ -131,7 +141,7 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
         if column.signal is not None and not _taken(column.signal, found):
             doubt = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
             found[column.name] = Meaning(column.signal, "from the format", doubt)
-    for told in (_by_own_name, _by_synonym, _by_axis):
+    for told in (_by_own_name, _by_synonym, _by_axis, _by_symbol, _by_unit):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
     if not {"friction_force", "friction_coefficient"} & {*given, *(meaning.signal for meaning in found.values())}:
@@ -181,6 +191,22 @@ def _by_axis(column: ReadColumn) -> SignalName | None:
     return _meant(column, _ON_AXES)
 
 
+def _by_symbol(column: ReadColumn) -> SignalName | None:
+    """Return the sliding speed for a symbol such as v or v_gleit with the unit of a speed; without it, v may be any."""
+    return "sliding_speed" if _is_a_speed(column) and _SLIDING_SPEED.fullmatch(plain_name(column)) else None
+
+
+def _by_unit(column: ReadColumn) -> SignalName | None:
+    """Return the signal that a column may be by its unit alone, which only a speed is."""
+    return "sliding_speed" if _is_a_speed(column) and not _OTHER_SPEED.search(plain_name(column)) else None
+
+
+def _is_a_speed(column: ReadColumn) -> bool:
+    """Return whether a unit is that of a speed at which bodies slide."""
+    unit = column.unit
+    return unit is not None and is_unit_of(unit, "speed") and float(to_si(1.0, unit, "speed")) > _SLOWEST
+
+
 def _by_torque(column: ReadColumn) -> SignalName | None:
     """Give the signal that a torque may be."""
     return _meant(column, _TURNING)
@@ -192,6 +218,13 @@ def _meant(column: ReadColumn, named: Mapping[SignalName, frozenset[str]]) -> Si
     return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
 
 
+_OTHER_SENSES: dict[Callable[[ReadColumn], SignalName | None], str] = {
+    _by_torque: "it could also be the torque of the drive",
+    _by_unit: "it could also be another speed",
+}
+"""Other meanings of a column that does not mean a signal by its name."""
+
+
 def _add_named(
     columns: list[ReadColumn], found: dict[str, Meaning], told: Callable[[ReadColumn], SignalName | None]
 ) -> None:
@@ -200,7 +233,7 @@ def _add_named(
     for column, signal in meant:
         if _fits(column.unit, signal):
             doubt = "another column could also be this signal" if fitting[signal] > 1 else _other_sense(column, signal)
-            doubt = doubt or ("it could also be the torque of the drive" if told is _by_torque else "")
+            doubt = doubt or _OTHER_SENSES.get(told, "")
             found[column.name] = Meaning(signal, "from its name", doubt, synonym=told is not _by_own_name)
         elif column.unit is None:
             found[column.name] = Meaning(signal, "from its name", NO_UNIT, synonym=told is not _by_own_name)

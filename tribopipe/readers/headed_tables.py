@@ -129,8 +129,11 @@ def moment(text: str) -> str | None:
     if found is None:
         return None
     year, month, day = map(int, re.split("[-./]", found["date"]))
-    in_range = 1 <= month <= 12 and 1 <= day <= 31 and int(found["hour"]) < 24
-    return f"{year}-{month:02d}-{day:02d}T{int(found['hour']):02d}:{found['rest']}" if in_range else None
+    try:
+        begun = datetime(year, month, day, int(found["hour"]))  # noqa: DTZ001
+    except ValueError:
+        return None
+    return f"{begun:%Y-%m-%dT%H}:{found['rest']}"
 
 
 def moment_by(text: str, others: Iterable[str]) -> tuple[str, str | None] | None:

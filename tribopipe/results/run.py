@@ -185,6 +185,11 @@ class RawRun(Tabular):
         """What wear grows along at each sample: sliding distance, m, or rotations."""
         return self.columns[self.manifest.progress.signal]
 
+    @property
+    def end(self) -> float:
+        """Sliding distance, m, or rotations at the end of the test, also where the last samples are missing."""
+        return float(np.nanmax(self.progress))
+
     @cached_property
     def recorded_load(self) -> Quantity | None:
         """Mean of the recorded load over the sliding distance, N; None if none was recorded that presses.

@@ -44,13 +44,15 @@ def _table(runs: Runs, columns: Sequence[ListedColumn] | None) -> tuple[list[str
 
 
 def _heads(column: ListedColumn) -> Iterator[str]:
-    names = [column.name, f"{column.name} uncertainty"] if column.kind == "number" else [column.name]
+    uncertain = column.kind == "number" and not column.exact
+    names = [column.name, f"{column.name} uncertainty"] if uncertain else [column.name]
     yield from (head_of(name, column.unit) if column.unit else name for name in names)
 
 
 def _fields(run: ListedRun, column: ListedColumn) -> Iterator[float | str]:
     if column.kind == "number":
-        yield from (math.nan if number is None else number for number in _numbers(run, column))
+        numbers = _numbers(run, column)[: 1 if column.exact else 2]
+        yield from (math.nan if number is None else number for number in numbers)
     else:
         yield run.text(column.name)
 
@@ -135,8 +137,10 @@ def si_columns(runs: Runs, columns: Sequence[ListedColumn] | None = None) -> SiC
     for one in COLUMNS.values() if columns is None else columns:
         if one.kind == "number":
             found.values[one.name] = [run.value(one.name) for run in runs]
-            found.values[f"u_{one.name}"] = [run.uncertainty(one.name) for run in runs]
-            found.units.update(dict.fromkeys((one.name, f"u_{one.name}"), KINDS[one.measures].si))
+            found.units[one.name] = KINDS[one.measures].si
+            if not one.exact:
+                found.values[f"u_{one.name}"] = [run.uncertainty(one.name) for run in runs]
+                found.units[f"u_{one.name}"] = KINDS[one.measures].si
         else:
             found.values[one.name] = [run.text(one.name) or None for run in runs]
     return found

@@ -5,7 +5,7 @@ Nothing heavy is imported here: listing needs no units.
 
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import cache, lru_cache
 from typing import Any, Literal, NamedTuple
@@ -39,6 +39,8 @@ class ListedColumn:
     """Separator between several texts of one run; none if there is at most one."""
     shown: bool = False
     """Whether the column is listed by default."""
+    exact: bool = False
+    """Whether its numbers have no uncertainty."""
 
     @property
     def heading(self) -> str:
@@ -188,7 +190,7 @@ _ALL = (
     _text("stage", "stage", "Last step of the run.", shown=True),
     _text("steps", "steps", "All steps of the run.", joint=", "),
     _text("missing", "missing", "Missing inputs, such as a post-test measurement.", joint="; "),
-    _number("findings", "findings", "Number of errors and warnings at ingest.", "count"),
+    replace(_number("findings", "findings", "Number of errors and warnings at ingest.", "count"), exact=True),
     ListedColumn("amended", "amended", "Date of the last amendment of run.toml.", kind="date"),
     _text("run_toml", "run.toml", "SHA-256 of run.toml."),
     _text("marked_bad", "reason for bad mark", "Reason for the bad mark."),

@@ -20,6 +20,7 @@ _EXTRAS = {
     "track_radius": ("length", "radius|trackradius|wearradius"),
     "mass": ("mass", "mass|deadmass"),
     "rotations": ("count", "revolutions|totalrevolutions|numberofrevolutions|laps"),
+    "cycles": ("count", "cycles?|numberofcycles|cyclenumber|cyclecount|zyklen"),
     "frequency": ("frequency", "frequency|frequenz"),
     "nominal_load": ("force", "nominalload|setload|setforce|loadsetpoint"),
     "nominal_speed": ("speed", "nominalspeed|setspeed|maxlinearspeed|speedsetpoint"),

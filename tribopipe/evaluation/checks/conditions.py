@@ -162,6 +162,27 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
                 f"correct {name}, or the unit of the column",
             )
     yield from _slip_of_speeds(run)
+    yield from _unmapped_cycles(run, found.get("cycles"))
+
+
+def _unmapped_cycles(run: RawRun, counted: Channel | None) -> Iterator[Trouble]:
+    """Compare a stated frequency with the cycles in a column that is not used."""
+    stated = run.manifest.conditions.frequency
+    if stated is None or counted is None or run.origins["time"] != "measured":
+        return
+    time = continuous(run.columns["time"])
+    seen = np.isfinite(time) & np.isfinite(counted.values)
+    cycles = np.diff(counted.values[seen])
+    if not np.any(cycles) or np.any(cycles < 0):
+        return
+    frequency, tolerance = speed_of_motion(time[seen], counted.values[seen]), _TOLERANCE + 1 / float(np.sum(cycles))
+    if abs(frequency - stated.value) > max(tolerance * stated.value, 3 * stated.u_or_zero):
+        yield Trouble(
+            "conditions.frequency",
+            f"found {stated.value:.4g} Hz in run.toml, but {frequency:.4g} Hz by the counts in column "
+            f"{counted.label!r}; expected agreement within {100 * tolerance:.2g} %",
+            "correct frequency, in cycles of two strokes per second, unless the column counts strokes",
+        )
 
 
 def _slip_of_speeds(run: RawRun) -> Iterator[Trouble]:

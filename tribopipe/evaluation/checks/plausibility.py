@@ -429,7 +429,8 @@ def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trou
     """Find a dimensionless wear coefficient k·H that is too large or too small for sliding wear."""
     (softest, hardest), spread = _hardness(body), CLEARLY * rate.u_or_zero
     highest = (rate.value - spread) * softest > _ARCHARD[1]
-    if highest or 0 < rate.value + spread < _ARCHARD[0] / hardest:
+    # A body with a wear of zero within its uncertainty has not worn.
+    if highest or spread < rate.value < _ARCHARD[0] / hardest - spread:
         shown = rate.value * (softest if highest else hardest)
         yield Trouble(
             where,

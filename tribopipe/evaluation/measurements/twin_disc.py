@@ -35,6 +35,8 @@ class DiscMeasurement:
     source: Source
     interruption: int | None = None
     """Number of the interruption it was measured in; None for the end."""
+    by: str = ""
+    """What a wear volume was calculated from, such as "mass_loss"; empty if it was measured itself."""
 
     @property
     def name(self) -> str:
@@ -72,11 +74,13 @@ def _measured(
 ) -> Iterator[DiscMeasurement]:
     for disc in DISCS:
         for what in get_args(Measured):
-            stated = getattr(values, f"{disc}_{what}")
+            stated, by = getattr(values, f"{disc}_{what}"), ""
             if stated is None and what == "wear_volume":
-                stated = _profiled_volume(run, disc, defaults, number) or _weighed_volume(run, disc, values, defaults)
+                stated, by = _profiled_volume(run, disc, defaults, number), "profile"
+            if stated is None and what == "wear_volume":
+                stated, by = _weighed_volume(run, disc, values, defaults), "mass_loss"
             if stated is not None:
-                yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number)
+                yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number, by)
 
 
 def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> tuple[Quantity, Source]:
@@ -130,7 +134,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
         if one.interruption == interruption:
             depth = one.quantity if one.what == "wear_depth" else None
             volume = one.quantity if one.what == "wear_volume" else None
-            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.what}", one.source, depth, volume))
+            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.by or one.what}", one.source, depth, volume))
     notes = (
         f"no wear volume of the {spoken(name)} was measured"
         for name, ways in worn.items()

@@ -29,7 +29,7 @@ from tribopipe.extras.live.estimate import Posterior
 from tribopipe.extras.live.problem import mean_distance
 from tribopipe.extras.live.state import Means, State
 
-AlarmKind = Literal["law", "sensor", "load", "nominal load", "friction", "stalled", "replaced", "counterbody"]
+AlarmKind = Literal["law", "sensor", "load", "nominal load", "friction", "stalled", "replaced", "counterbody", "drift"]
 
 
 class Alarm(Record):
@@ -151,21 +151,23 @@ def friction_alarms(means: Means) -> Iterator[Alarm]:
 
 
 def counterbody_alarms(found: Posterior) -> Iterator[Alarm]:
-    """Report a drift that is more than a sensor has, which wear of the counterbody may be."""
+    """Report a drift that is more than a sensor has, and whether it may be wear of the counterbody."""
     both, problem = found.both_worn, found.problem
-    if both is None:
+    if not found.excess_drift or problem.contact.pin.constant_area or (both is None and problem.finished):
         return
-    slid, body = problem.trace.slid, problem.contact.counterbody_name().replace("_", " ")
-    drift, plausible = (
-        found.drift()[0],
-        Quantity(value=problem.plausible_drift[0], unit="m", standard_uncertainty=problem.plausible_drift[1]),
-    )
+    slid, (expected, spread) = problem.trace.slid, problem.plausible_drift
+    plausible = Quantity(value=expected, unit="m", standard_uncertainty=spread).shown("nm")
+    drift = f"found a linear drift of {_microns(found.drift()[0])} by {show(slid, None, 'm')}, where a sensor has "
+    if both is None:
+        what = "the sign of the depth signal" if found.excess_drift < 0 else "the sensor"
+        yield alarm_at("drift", slid, f"{drift}{plausible}: check {what}, and for thermal drift")
+        return
+    body = problem.contact.counterbody_name().replace("_", " ")
     alone, beside = (wear_coefficient(k).shown(WEAR_COEFFICIENT) for k in (math.exp(found.centre), both.coefficient))
     yield alarm_at(
         "counterbody",
         slid,
-        f"found a linear drift of {_microns(drift)} by {show(slid, None, 'm')}, where a sensor has "
-        f"{plausible.shown('nm')}: the {body} may be wearing; k_D would be {beside} with "
+        f"{drift}{plausible}: the {body} may be wearing; k_D would be {beside} with "
         f"{_microns(both.depths(slid)[1])} wear of the {body}, and "
         f"{alone} without; measure the wear of the {body} after the test",
     )
@@ -217,7 +219,7 @@ def blocks(state: State, planned: float) -> Means:
 def departure(found: Posterior, manifest: RunManifest, state: State, planned: float) -> Departure | None:
     """Return where a run left the law; None if it follows it, or is too short to show."""
     means = blocks(state, planned)
-    if not math.isfinite(found.best) or len(means) < _FEWEST_BLOCKS:
+    if not found.shows_wear or len(means) < _FEWEST_BLOCKS:
         return None
     design, measured = _linear(found, manifest, means)
     # Taken for smaller than it is, the noise would raise alarms.

@@ -23,6 +23,7 @@ from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, MonteCarloRecipe
 from tribopipe.documents.record import Record
+from tribopipe.evaluation.depth_reading import MOST_DEVIATION
 from tribopipe.extras.live.both_worn import BothWorn, both_worn
 from tribopipe.extras.live.problem import LiveProblem
 from tribopipe.physics.uncertainty import Distribution
@@ -41,6 +42,8 @@ _MOST_WEAR = 20.0
 _DRAWS = 4000
 _IMPLAUSIBLE = 3.0
 """Standard uncertainties from which on a drift is not that of a sensor."""
+_LEAST_DEPTH = 1e-9
+"""Wear depth, m, below which a fit shows no wear of a body."""
 _ALMOST = 1 - 1e-9
 """Share of a pin's volume at which its depth can still be computed."""
 
@@ -59,15 +62,23 @@ class Posterior:
     seed: int
 
     @cached_property
+    def excess_drift(self) -> float:
+        """Drift by now beyond that of a sensor, m: zero where it is within three standard uncertainties of that."""
+        (drift, spread), (expected, plausible) = self.drift(), self.problem.plausible_drift
+        excess = drift - expected
+        return excess if abs(excess) > _IMPLAUSIBLE * math.hypot(spread, plausible) else 0.0
+
+    @cached_property
     def both_worn(self) -> BothWorn | None:
-        """The wear of both bodies, if that of the counterbody is unknown and the drift is more than a sensor has."""
+        """The wear of both bodies, if that of the counterbody is unknown and the drift is more than a sensor has.
+
+        A counterbody that wears makes the reading deeper.
+        """
         problem = self.problem
-        if problem.disc_known or problem.contact.pin.constant_area:
+        if problem.disc_known or problem.contact.pin.constant_area or self.excess_drift <= 0:
             return None
-        (drift, spread), (expected, plausible) = self.drift(), problem.plausible_drift
-        if abs(drift - expected) <= _IMPLAUSIBLE * math.hypot(spread, plausible):
-            return None
-        return both_worn(problem)
+        found = both_worn(problem)
+        return found if min(found.depths(problem.trace.slid)) > _LEAST_DEPTH else None
 
     @cached_property
     def _errors(self) -> dict[str, Column]:
@@ -84,9 +95,14 @@ class Posterior:
         return {name: self.problem.sensitivity(name, at) * self.problem.inputs[name].spread for name in self._errors}
 
     @property
+    def shows_wear(self) -> bool:
+        """Whether the least squares are at some wear."""
+        return math.isfinite(self.best)
+
+    @property
     def centre(self) -> float:
         """Return ln k_D of the least squares, or its mean where no wear fits best."""
-        return self.best if math.isfinite(self.best) else float(self.weights @ self.log_coefficient)
+        return self.best if self.shows_wear else float(self.weights @ self.log_coefficient)
 
     @cached_property
     def _random(self) -> Column:
@@ -177,11 +193,32 @@ def posterior(problem: LiveProblem, how: MonteCarloRecipe) -> Posterior:
         )
     if problem.freedom < _FEWEST_FREE:
         raise FitError("found too few independent samples; expected more; wait for further samples")
+    _refuse_a_fall(problem)
     depth, log_k, squares = _searched(problem)
     density = _density(squares, problem.freedom)
     if any(belief.name == "ln k_D" for belief in problem.beliefs):
         density *= np.gradient(log_k, depth)
     return Posterior(problem, log_k, density / density.sum(), _lowest(log_k, squares), how.seed)
+
+
+def _refuse_a_fall(problem: LiveProblem) -> None:
+    """Raise ``FitError`` where a reading from which alone k_D follows clearly decreases in the course of wear."""
+    if problem.anchors:
+        return
+    pin, count, read = problem.pin(problem.values), len(problem.distance), min(_read(problem), _most_depth(problem))
+    unit = problem.unit_volume(problem.values)[count - 1]
+    expected = problem.model(np.log(pin.volume(np.asarray(read)) / unit), problem.values)[0]
+    of_k = [False] * count + [belief.name == "ln k_D" for belief in problem.beliefs]
+    weights = np.where(of_k, 0.0, problem.root_weights)
+    course, reading = (problem.without_free(rows * weights) for rows in (expected, problem.rows(problem.values)))
+    if course @ reading < -MOST_DEVIATION * math.sqrt(float(course @ course)):
+        change = problem.trace.end_reading.value - problem.trace.zero_offset.value
+        shown = Quantity(value=problem.values["depth_scale"] * change, unit="m").shown("um")
+        raise FitError(
+            f"depth: found a change of {shown} in the depth signal, which does not agree with wear; expected a depth "
+            'that increases with wear; if the signal decreases with wear, add the step "invert" with signals = '
+            '["depth"] to a recipe and specify it with --recipe; otherwise, check for thermal drift'
+        )
 
 
 def _density(squares: Column, freedom: float) -> Column:
@@ -221,10 +258,14 @@ def _most_depth(problem: LiveProblem) -> float:
     """Return the most wear, m, that is looked at."""
     pin = problem.pin(problem.values)
     seen = [anchor.wear.pin_depth.value for anchor in problem.anchors]
-    reading = float(np.ptp(problem.rows(problem.values)[: len(problem.distance)]))
-    wear = _MOST_WEAR * max(reading, *seen, 1e-9)
+    wear = _MOST_WEAR * max([_read(problem), *seen])
     most = float(pin.most_volume)
     return min(wear, float(pin.worn(most * _ALMOST).depth)) if math.isfinite(most) else wear
+
+
+def _read(problem: LiveProblem) -> float:
+    """Return the range of the reading, m."""
+    return max(float(np.ptp(problem.rows(problem.values)[: len(problem.distance)])), _LEAST_DEPTH)
 
 
 def _lowest(log_k: Column, squares: Column) -> float:
@@ -251,7 +292,7 @@ class Estimate(Record):
     wear_coefficient: Quantity
     """k_D by least squares; 0 where no wear fits best."""
     interval: Interval
-    """95 % interval of k_D."""
+    """95 % interval of k_D; from 0 where no wear fits best."""
     wear_depth: Quantity
     """Wear of the pin by now."""
     wear_depth_interval: Interval
@@ -280,12 +321,12 @@ def estimated(found: Posterior, law: LawName, planned: float | None) -> Estimate
         law=law,
         sliding_distance=_metres(slid),
         wear_coefficient=Quantity(value=best, unit="m^2/N", standard_uncertainty=k.standard_uncertainty),
-        interval=_interval(k, "m^2/N"),
+        interval=_interval(k, "m^2/N", found),
         wear_depth=_of(now),
-        wear_depth_interval=_interval(now, "m"),
+        wear_depth_interval=_interval(now, "m", found),
         planned_distance=None if planned is None else _metres(planned),
         predicted_depth=None if ahead is None else _of(ahead),
-        predicted_interval=None if ahead is None else _interval(ahead, "m"),
+        predicted_interval=None if ahead is None else _interval(ahead, "m", found),
         drift_rate=Quantity(value=drift / duration, unit="m/s", standard_uncertainty=spread / duration),
         finished=problem.finished,
     )
@@ -299,6 +340,7 @@ def _of(drawn: Distribution) -> Quantity:
     return Quantity(value=drawn.mean, unit="m", standard_uncertainty=drawn.standard_uncertainty)
 
 
-def _interval(drawn: Distribution, unit: str) -> Interval:
-    low, high = drawn.interval
+def _interval(drawn: Distribution, unit: str, found: Posterior) -> Interval:
+    """Return the 95 % interval: with equal tails, or from zero where no wear fits best."""
+    low, high = drawn.interval if found.shows_wear else (0.0, float(np.quantile(drawn.draws, 0.95)))
     return Quantity(value=low, unit=unit), Quantity(value=high, unit=unit)

@@ -1,12 +1,12 @@
 """Wear and life of one run under many conditions: the cases of such a sweep, each by the exact engine."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from pydantic import ValidationError
 
 from tribopipe.archive.provenance import digest
 from tribopipe.archive.step_names import WEAR_FITS
@@ -20,6 +20,7 @@ from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.record import Record
 from tribopipe.documents.signals import SIGNALS
 from tribopipe.documents.sweep import Predictions, Sweep
+from tribopipe.documents.toml import parse_toml
 from tribopipe.evaluation.friction import fit_friction
 from tribopipe.evaluation.load_and_friction import run_path
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
@@ -154,6 +155,8 @@ class _Source:
     """SHA-256 of the source; empty for a folder with only a manifest."""
     end: float | None
     """Its own end, m or rotations."""
+    stated: Mapping[str, Any]
+    """Content of its run.toml."""
     friction: FrictionPath | StatedFriction | None = None
     fit: FrictionFit | None = None
 
@@ -192,25 +195,26 @@ def predictions(
 
 def _archived(archive: Archive, run_id: str, recipe: Recipe, *, frictional: bool) -> _Source:
     run, sha256 = archive.cleaned(run_id), digest(archive.stands_on(run_id, WEAR_FITS["sarkar"]))
-    end = float(np.nanmax(run.progress))
+    end, stated = run.end, parse_toml(Path(run.sources[0].name), run.sources[0].content)
     if not frictional:
-        return _Source(run.manifest, sha256, end)
+        return _Source(run.manifest, sha256, end, stated)
     fit = archived_friction(archive, run_id)
-    return _Source(run.manifest, sha256, end, run_path(run, fit, recipe.wear.friction), fit)
+    return _Source(run.manifest, sha256, end, stated, run_path(run, fit, recipe.wear.friction), fit)
 
 
 def _in_folder(folder: Path, recipe: Recipe, *, frictional: bool) -> _Source:
     """Return the subject for a run folder; signals are read only if friction must be fitted."""
-    manifest, _ = read_manifest(manifest_path(folder))
-    conditions, end = manifest.conditions, manifest.planned
+    path = manifest_path(folder)
+    manifest, content = read_manifest(path)
+    conditions, end, stated = manifest.conditions, manifest.planned, parse_toml(path, content)
     if not frictional:
-        return _Source(manifest, "", end)
+        return _Source(manifest, "", end, stated)
     if conditions.friction is not None:
-        return _Source(manifest, "", end, conditions.friction)
+        return _Source(manifest, "", end, stated, conditions.friction)
     read = read_run(folder)
     run = clean_run(read, recipe).run
     fit = fit_friction(run, recipe.friction, recipe.uncertainty)
-    return _Source(manifest, _sources(read), end, run_path(run, fit, recipe.wear.friction), fit)
+    return _Source(manifest, _sources(read), end, stated, run_path(run, fit, recipe.wear.friction), fit)
 
 
 def _sources(run: RawRun) -> str:
@@ -229,10 +233,38 @@ def _documents(source: _Source, asked: Predictions, recipe: Recipe) -> dict[str,
     run, fit = documents["run"], source.fit
     for measured in ("end_values", "interruptions"):
         run.pop(measured, None)
+    documents["run"] = run = _without_derived(run, source.stated)
     if fit is not None and fit.outcome == "exponential" and "friction" not in run["conditions"]:
         parts = ("amplitude", "steady_state", "running_in_distance")
         run["conditions"]["friction"] = fit.model_dump(mode="json", include=set(parts), exclude_none=True)
     return documents
+
+
+def _without_derived(run: dict[str, Any], stated: Mapping[str, Any]) -> dict[str, Any]:
+    """Leave out what follows from other keys, such as the radius of a ring from its diameter, to derive it again."""
+    whole = RunManifest.model_validate(run)
+    for path in _not_stated({name: run[name] for name in ("contact", "conditions") if name in run}, stated):
+        less = _without(run, path)
+        try:
+            run = less if RunManifest.model_validate(less) == whole else run
+        except ValidationError:
+            continue
+    return run
+
+
+def _not_stated(document: Mapping[str, Any], stated: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Give the paths of tables and values that are not stated."""
+    for key, value in document.items():
+        if key not in stated:
+            yield (key,)
+        elif isinstance(value, Mapping) and isinstance(stated[key], Mapping) and "unit" not in value:
+            yield from ((key, *path) for path in _not_stated(value, stated[key]))
+
+
+def _without(document: Mapping[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    key, *rest = path
+    kept = {name: value for name, value in document.items() if name != key}
+    return {**document, key: _without(document[key], tuple(rest))} if rest else kept
 
 
 def _fitted(archive: Archive, run_id: str, laws: Sequence[LawName]) -> dict[LawName, KnownWear]:

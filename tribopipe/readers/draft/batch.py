@@ -10,6 +10,7 @@ run.toml is filled from the row. The file of signals holds the start and the end
 speed; nothing else is put in the place of a recording. Columns that are no key of run.toml are kept in its comment.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,12 +22,14 @@ import numpy as np
 from tribopipe.base.errors import ManifestError, ReaderError
 from tribopipe.base.files import file_order
 from tribopipe.base.units import is_unit_of, to_si
+from tribopipe.documents.contact import Progress
+from tribopipe.documents.contact_kinds import ASSUMED, contact_named
 from tribopipe.documents.lab_template import read_template
 from tribopipe.documents.manifest import Conditions
 from tribopipe.documents.quantity import read_quantity
 from tribopipe.readers.draft.blanks import Ask, Say
 from tribopipe.readers.draft.folder import NewRun, RunPlan, Wanted, fit_for_id, make_planned, planned, refuse_places
-from tribopipe.readers.draft.known_values import Given, Known
+from tribopipe.readers.draft.known_values import Given, Known, speed_key_of, value_of
 from tribopipe.readers.draft.measurements_table import EndsRow, EndsTable, read_ends
 from tribopipe.readers.draft.value_sources import gather
 from tribopipe.readers.export_files import Export, open_export
@@ -175,6 +178,9 @@ def _with_notes(run: NewRun, measured: EndsTable | None) -> NewRun:
 
 _SIGNALS_FILE = "signals.csv"
 _SHAPE = "contact.pin.shape"
+_DISTANCE, _ROTATIONS = "conditions.sliding_distance", "conditions.rotations"
+_TURNING_RADIUS = "contact.curved_disc.rolling_radius"
+"""Radius of the disc whose rotations are counted."""
 _ALIKE = 0.02
 """How far two values of one quantity in a row may be apart, relative to one of them."""
 
@@ -206,13 +212,49 @@ def make_of_rows(wanted: Wanted, ask: Ask | None = None, say: Say = print) -> li
 def _plans_of_row(wanted: Wanted, row: EndsRow, where: str, folder: Path) -> list[RunPlan]:
     measured = {**row.values, **_row_comment(row, where)}
     template = read_template(wanted.template) if wanted.template else {}
+    counted = measured.pop(_ROTATIONS, None)
     known = gather(template, "", wanted.settings, [], measured)
+    if counted is not None:
+        measured |= _length_of(counted, known, where)
+        known = gather(template, "", wanted.settings, [], measured)
     _refuse_two_sizes(row, where)
     if row.is_ball and _SHAPE not in known.given:
         measured[_SHAPE] = Given("spherical", f"from {where}, a ball")
     signals = folder / _SIGNALS_FILE
     signals.write_text(_start_and_end(known, where), encoding="utf-8")
     return planned(replace(wanted, files=[signals], id=fit_for_id(f"{row.run}.csv"), measured=measured))
+
+
+def _length_of(counted: Given, known: Known, where: str) -> dict[str, Given]:
+    """Return the length of a test with so many rotations: of a pin the sliding distance, by the track or the stroke.
+
+    Raises ``ManifestError`` where the distance per rotation is unknown, or the row states another distance.
+    """
+    if _progress(known).kind == "count":
+        return {_ROTATIONS: counted}
+    try:
+        number = read_quantity(value_of(str(counted.value)), "count").value
+    except ValueError as error:
+        raise ManifestError(f"{where}: {_ROTATIONS}: {error}") from None
+    cycle, stated = known.conditions.cycle, known.conditions.sliding_distance
+    if cycle is None:
+        raise ManifestError(
+            f"{where}: found rotations without a track radius; expected both, since the distance per rotation is 2πR; "
+            "add a column track_radius, or track_radius to the template"
+        )
+    if stated is not None and abs(stated.value - number * cycle) > _ALIKE * stated.value:
+        raise ManifestError(
+            f"{where}: found a sliding_distance of {stated.shown('m')}, but {number * cycle:.6g} m from rotations; "
+            "expected the two distances to agree; correct one of them"
+        )
+    if stated is not None:
+        return {}
+    return {_DISTANCE: Given(f"{number * cycle:.6g} m", f"{counted.origin}, {number:g} rotations")}
+
+
+def _progress(known: Known) -> Progress:
+    """Return what wear increases with on a type of tribometer."""
+    return (contact_named(known.kind) or ASSUMED).progress
 
 
 def _row_comment(row: EndsRow, where: str) -> dict[str, Given]:
@@ -224,6 +266,8 @@ def _row_comment(row: EndsRow, where: str) -> dict[str, Given]:
 
 def _start_and_end(known: Known, where: str) -> str:
     """Write start and end of a test, by its distance and speed; no more is known of its course."""
+    if _progress(known).kind == "count":
+        return _turned(known, where)
     conditions = known.conditions
     distance, speed = conditions.sliding_distance, conditions.nominal_speed
     if distance is None or speed is None:
@@ -234,6 +278,25 @@ def _start_and_end(known: Known, where: str) -> str:
         )
     _refuse_two_speeds(conditions, where)
     return f"time [s],sliding distance [m]\n0,0\n{distance.value / speed.value:.12g},{distance.value:.12g}\n"
+
+
+def _turned(known: Known, where: str) -> str:
+    """Write start and end of a test by its rotations and the speed of the disc that turns so often."""
+    rotations, speed = known.conditions.rotations, known.conditions.curved_disc_speed
+    radius = known.values.get(_TURNING_RADIUS)
+    missing = [
+        key
+        for key, value in ((_ROTATIONS, rotations), (speed_key_of(known.kind), speed), (_TURNING_RADIUS, radius))
+        if value is None
+    ]
+    if rotations is None or speed is None or radius is None:
+        raise ManifestError(
+            f"{where}: found no {missing[0]}; expected the rotations, the speed and the radius of the disc of each "
+            "test; add a column, fill in the field, or, if the value is the same for all tests, enter it in the "
+            "template"
+        )
+    duration = rotations * 2 * math.pi * read_quantity(radius, "length").value / speed.value
+    return f"time [s],rotations [1]\n0,0\n{duration:.12g},{rotations:.12g}\n"
 
 
 def _refuse_two_speeds(conditions: Conditions, where: str) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time
 from functools import cache, partial
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -252,8 +252,11 @@ class Known:
     def take_text(self, key: str, text: str, origin: str = "") -> str | None:
         """Take a value from a text: a number, a date, or the text itself."""
         value = value_of(text)
-        if isinstance(value, int | float | datetime | date) and self.take(key, value, origin) is None:
-            return None
+        if not isinstance(value, int | float | datetime | date):
+            return self.take(key, text, origin)
+        problem = self.take(key, value, origin)
+        if problem is None or _is_a_number(shared_key(key)):
+            return problem
         return self.take(key, text, origin)
 
     def take_typed(self, key: str, text: str) -> str | None:
@@ -382,6 +385,14 @@ def _needed_of_bodies(values: Values) -> list[str]:
     ]
     truncated = values.get("contact.pin.shape") == "truncated-sphere"
     return [*needed, "contact.pin.flat_radius"] if truncated else needed
+
+
+def _is_a_number(key: str) -> bool:
+    """Return whether a key of run.toml holds a number that no text can be."""
+    table, _, name = key.rpartition(".")
+    field = sections()[table].model_fields.get(name) if table in sections() else None
+    kinds = () if field is None else get_args(field.annotation) or (field.annotation,)
+    return float in (getattr(kind, "__origin__", kind) for kind in kinds)
 
 
 def _strange(key: str, kind: str) -> str | None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tribopipe.base.errors import ManifestError, UnitError, did_you_mean
-from tribopipe.base.units import has_decimal_comma, with_point
+from tribopipe.base.units import has_decimal_comma, is_maybe_thousands, with_point
 from tribopipe.documents.manifest import EndValues
 from tribopipe.readers.column_meanings import plain
 from tribopipe.readers.draft.known_values import Given, sections, shared_key
@@ -50,6 +50,7 @@ _OF_TWO = ("wearvolume", "volume", "massloss", "verschleissvolumen", "masseverlu
 _BALL_SIZES = ("contact.pin.diameter", "contact.pin.radius")
 _UNCERTAINTY = re.compile(r"(?:u\s*\((?P<inner>.+)\)|[u±][ _](?P<behind>.+))", re.DOTALL)
 _NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_WITH_POINT = re.compile(r"(?<![\d.,])\d+\.\d+(?![\d.,])", re.ASCII)
 _WHOLE = re.compile(r"(^|\t)([+-]?\d+)\.0(?=\t|$)", re.ASCII | re.MULTILINE)
 _SEPARATORS = "\t;|,"
 
@@ -109,9 +110,11 @@ def read_ends(path: Path) -> EndsTable:
     Raises ``ManifestError`` with file, line and column where a run stands in it twice or a column may mean two things;
     ``ReaderError`` where the file cannot be read.
     """
-    head, *rows = _rows(path)
+    separator, (head, *rows) = _rows(path)
     columns, unused = _columns(path.name, head)
     commas = any(has_decimal_comma(cell) for row in rows for cell in row.cells[1:])
+    # Where a comma separates no columns it may be the decimal sign, so that a point has to be shown to be it.
+    commas = commas or (separator == ";" and not any(_shows_point(row, columns, unused) for row in rows))
     found: dict[str, EndsRow] = {}
     for row in rows:
         run = row.cells[0].strip() if row.cells else ""
@@ -138,8 +141,8 @@ def is_of_tests(names: Sequence[str]) -> bool:
     return any(key is not None and key.startswith(("end_values.", "contact.")) for key in keys)
 
 
-def _rows(path: Path) -> list[Row]:
-    """Return the rows of a table, that of names the first."""
+def _rows(path: Path) -> tuple[str, list[Row]]:
+    """Return the sign between columns, and the rows of a table, that of names the first."""
     source = open_export(path)
     if is_sure(WorkbookReader().match(source)):
         # All numbers of a workbook are floats, so that specimen 17 would be called 17.0.
@@ -154,7 +157,22 @@ def _rows(path: Path) -> list[Row]:
         raise ManifestError(
             f"{path.name}: found {len(rows)} rows; expected a header row and one row per run; complete the table"
         )
-    return rows
+    return separator, rows
+
+
+def _shows_point(row: Row, columns: Sequence[_Column], unused: Mapping[int, str]) -> bool:
+    """Return whether a point in a row can only be a decimal one, as in 12.5 but not in the steel 1.3505."""
+    places = {column.place for column in columns if not _is_text(column.key)}
+    places |= {place for place, name in unused.items() if split_name(name)[1] is not None}
+    cells = (row.cells[place] for place in places if place < len(row.cells))
+    return any(not is_maybe_thousands(found[0]) for cell in cells for found in _WITH_POINT.finditer(cell))
+
+
+def _is_text(key: str) -> bool:
+    """Return whether a key of run.toml holds a text, such as the name of a material."""
+    table, _, name = key.rpartition(".")
+    field = next((one for called, one in sections()[table].model_fields.items() if name in (called, one.alias)), None)
+    return field is not None and field.annotation in (str, str | None)
 
 
 def _row(
@@ -245,7 +263,8 @@ def _values(file: str, row: Row, columns: Sequence[_Column], *, commas: bool) ->
 def _written(where: str, column: _Column, cell: str, *, commas: bool) -> str:
     """Return a cell as run.toml would hold it, which refuses a number without a unit when it takes it.
 
-    Raises ``ManifestError`` where a comma, or a point in a table with decimal ``commas``, may stand between thousands.
+    Raises ``ManifestError`` where a comma, or a point if ``commas`` may be the decimal signs, may stand between
+    thousands.
     """
     try:
         text = with_point(cell, commas=commas)
