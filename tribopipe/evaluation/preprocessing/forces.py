@@ -5,8 +5,8 @@ Compressive loads and friction in one direction are positive, and the signals na
 When nothing touches, the lab may state. Otherwise the measured load shows: a run that begins or ends on a level
 stretch, from which the load then goes off by at least half the nominal load, did so without contact if that stretch
 reads zero, or less than zero seen in the direction of loading. A level above zero may be a small load, and is left
-alone, but that what friction reads there is no friction where it is more than twice such a load of at most a fiftieth
-of the whole. Left alone is also a level that is no nearer to zero than half the step to the load, since it may be the
+alone. Where it is at most a fiftieth of the load, a friction force of more than twice this level is no friction of it,
+and is subtracted. A level that is no nearer to zero than half the step to the load is left alone, since it may be the
 load itself, upside down.
 """
 
