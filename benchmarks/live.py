@@ -94,7 +94,7 @@ def _worn(run: RawRun, lab: LabRun, factor: float) -> Columns:
     """Let k_D be another one from half-way on."""
     manifest = run.manifest
     scenario = Scenario(
-        manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": lab.truth.wear_coefficient})
+        manifest.described, manifest.conditions.normal_load, KnownWear({"pin": lab.truth.wear_coefficient})
     )
     further = run.sliding_distance + (factor - 1) * np.maximum(run.sliding_distance - HALF, 0.0)
     added = scenario.worn(further)["wear_depth"] - scenario.worn(run.sliding_distance)["wear_depth"]

@@ -75,14 +75,14 @@ def _residuals(coefficient: float, run: LabRun) -> Column:
     raw, measured = run.corrected.run, run.corrected.pin_wear_depth
     if measured is None:
         raise ValueError(f"{raw.id}: expected a run corrected for drift")
-    contact, load = raw.manifest.sliding_pin, raw.manifest.conditions.normal_load.value
+    contact, load = raw.manifest.described, raw.manifest.conditions.normal_load.value
     modulus = contact_modulus(
-        pin_modulus=contact.pin.youngs_modulus.value,
-        pin_ratio=contact.pin.poisson_ratio.value,
+        pin_modulus=contact.sliding_tip.youngs_modulus.value,
+        pin_ratio=contact.sliding_tip.poisson_ratio.value,
         disc_modulus=contact.counterbody.youngs_modulus.value,
         disc_ratio=contact.counterbody.poisson_ratio.value,
     )
-    model = euler_depth(coefficient, load, contact.pin.radius.value, float(modulus), raw.sliding_distance)
+    model = euler_depth(coefficient, load, contact.sliding_tip.radius.value, float(modulus), raw.sliding_distance)
     return np.asarray((model - measured) / 1e-7)
 
 

@@ -32,7 +32,7 @@ def hostile_archive(folder: Path, into: Path, text: str = HOSTILE) -> Archive:
         update={
             **dict.fromkeys(("title", "operator", "instrument"), text),
             "comment": STEERING,
-            "contact": run.manifest.sliding_pin.model_copy(update=bodies),
+            "contact": run.manifest.described.model_copy(update=bodies),
             "conditions": run.manifest.conditions.model_copy(update={"medium": text}),
             "end_values": run.manifest.end_values.model_copy(update={"pin_scar_diameter": scar}),
         }

@@ -334,7 +334,7 @@ def test_larger_ring_that_turns_as_fast_slides_faster(run_cli, tmp_path):
         done = run_cli(*words, *size, cwd=tmp_path)
         assert done.exit_code == 0, done.stderr
         times.append(json.loads(done.stdout)["prediction"][0]["time"]["value"])
-    radius = read_run(ring).manifest.sliding_pin.own_track_radius.value
+    radius = read_run(ring).manifest.described.own_track_radius.value
     assert times == pytest.approx([100 / (2 * math.pi * 5 * r) for r in (radius, 35e-3)], rel=1e-6)
 
 

@@ -1103,7 +1103,7 @@ def test_elastic_scar_names_the_larger_error_of_a_fit_with_a_depth_signal(sound,
 
 def hertz_diameter(run):
     """Return the diameter of the unworn contact, m."""
-    contact, load = run.manifest.sliding_pin, run.manifest.conditions.normal_load.value
+    contact, load = run.manifest.described, run.manifest.conditions.normal_load.value
     return 2 * float(np.cbrt(3 * load * contact.pin.radius.value / (4 * contact.reduced_modulus())))
 
 

@@ -77,7 +77,7 @@ def test_draws_without_wear_are_left_to_the_problem(by_itself):
     start = np.array([K_1, K_2]) * TYPICAL["full-slip"]
     values = problem.draw(np.random.default_rng(3), COUNT)
     found = problem.solve_draws(values, start)
-    (flat,) = (one.name for one in problem.measurements if one.disc == "flat_disc")
+    (flat,) = (one.name for one in problem.measurements if one.body == "flat_disc")
     unworn = values[flat][:, 0] <= 0
     assert 0.01 < np.mean(unworn) < 0.1
     np.testing.assert_array_equal(found[:, 1] == 0, unworn)

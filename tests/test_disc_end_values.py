@@ -134,7 +134,7 @@ def test_measurements_come_in_the_order_of_the_test_with_their_rotations():
     stops = {1e5: {"flat_disc_wear_depth": 0.1}, 4e5: {"curved_disc_track_width": 0.01}}
     run = exact_run({"flat_disc_wear_volume": 0.1, "curved_disc_wear_volume": 0.1}, stops)
     measured = disc_measurements(run, DefaultUncertainty())
-    assert [(one.name, one.rotations) for one in measured] == [
+    assert [(one.name, one.place) for one in measured] == [
         ("flat_disc_wear_depth_at_interruption_1", 1e5),
         ("curved_disc_track_width_at_interruption_2", 4e5),
         ("curved_disc_wear_volume", 1e6),

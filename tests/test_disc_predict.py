@@ -46,7 +46,7 @@ def scenario(convention="full-slip", first=0.08, second=0.09, correlation=-0.3, 
     scale = TYPICAL[convention]
     known = known_pair(k_d(K_1 * scale, first), k_d(K_2 * scale, second), correlation=correlation, distance=convention)
     given_ = {"slip": BARE.slip, "speed": BARE.conditions.curved_disc_speed} | changes
-    return replace(Scenario(BARE.twin_disc, BARE.conditions.normal_load, known), **given_)
+    return replace(Scenario(BARE.described, BARE.conditions.normal_load, known), **given_)
 
 
 def ratio(value: float, spread: float | None = None) -> Quantity:
@@ -263,7 +263,7 @@ def test_flat_of_half_the_crown_is_noted():
 
 @pytest.mark.parametrize("disc", ["curved_disc", "flat_disc"])
 def test_flat_wider_than_a_disc_is_noted(disc):
-    contact = BARE.twin_disc
+    contact = BARE.described
     width = {"width": Quantity(value=0.15e-3, unit="m")}
     contact = contact.model_copy(update={disc: getattr(contact, disc).model_copy(update=width)})
     assert "wider than the disc (0.15 mm)" in notes(1e6, contact=contact)
@@ -288,7 +288,7 @@ def test_defaults_are_named():
             "flat_disc": bare | {"rolling_radius": "4 mm"},
         }
     }
-    said = notes(1e6, contact=RunManifest.model_validate(document).twin_disc)
+    said = notes(1e6, contact=RunManifest.model_validate(document).described)
     assert said.startswith(
         "default uncertainty used for crown radius 4.0000 ± 0.0080 mm, rolling radius of the crowned disc"
     )
@@ -332,7 +332,7 @@ def test_depth_of_a_curved_disc_that_does_not_wear_is_refused():
 
 
 def test_elastic_contact_as_large_as_the_crown_is_refused():
-    contact = BARE.twin_disc
+    contact = BARE.described
     tiny = contact.curved_disc.model_copy(update={"crown_radius": Quantity(value=1e-9, unit="m")})
     with pytest.raises(ContactError, match="elastic contact as large as the crown"):
         predict_wear(scenario(contact=contact.model_copy(update={"curved_disc": tiny})), [1e6])

@@ -126,7 +126,7 @@ def test_truth_comes_back_without_noise(run_id, disc_share):
     raw = with_end(raw, pin_wear_depth=metres(worn, 250e-9), **ends)
     # The simulated pin wears as on a disc that does not: beside a groove it would be deeper on its way, and the groove
     # deepens with the area that the middle slice of the pin loses, ∫2a·dh.
-    tip = SphereOnTrack(raw.manifest.sliding_pin.pin.radius.value)
+    tip = SphereOnTrack(raw.manifest.described.sliding_tip.radius.value)
     grown = depth_growth(tip, truth.distance / truth.distance[-1], worn, disc_share * worn)
     pin = truth.worn.pin_depth * grown
     posed = problems(raw)[1]

@@ -51,7 +51,7 @@ TRUE_K = Quantity(value=13.5e-15, unit="m^2/N")
 def end_of(run) -> float:
     """Return the wear depth of a run at its end, m, by the true k_D."""
     manifest = run.manifest
-    scenario = Scenario(manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
+    scenario = Scenario(manifest.described, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
     return float(scenario.worn(np.asarray(END))["wear_depth"])
 
 
@@ -64,7 +64,7 @@ def made_run(*, noise=1e-7, drift=2e-10, offset=1e-6, factor=1.0, shape="spheric
     seconds = np.arange(12501) / 10
     distance = 0.4 * seconds
     slid = distance + (factor - 1) * np.maximum(distance - 250, 0)
-    scenario = Scenario(manifest.sliding_pin, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
+    scenario = Scenario(manifest.described, manifest.conditions.normal_load, KnownWear({"pin": TRUE_K}))
     rng = np.random.default_rng(seed)
     depth = offset + scenario.worn(slid)["wear_depth"] + drift * seconds + noise * rng.standard_normal(len(seconds))
     columns = {"time": seconds, "sliding_distance": distance, "depth": depth}

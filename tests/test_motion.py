@@ -49,7 +49,7 @@ def test_one_uncertain_speed_makes_slip_uncertain_together_with_the_default(spre
     scenario = wear_scenario(manifest, given_wear(manifest.described, K_D, recipe), recipe=recipe)
     for inputs in (contact_inputs(run, recipe), scenario.inputs):
         assert inputs["slip"].spread == pytest.approx(expected, rel=1e-12)
-    rolled = manifest.twin_disc.curved_disc.rolling_radius
+    rolled = manifest.described.curved_disc.rolling_radius
     along = (rolled.standard_uncertainty or recipe.uncertainty.rolling_radius * rolled.value) / rolled.value
     assert distance_share(run, recipe.uncertainty) == pytest.approx(math.hypot(expected / 0.04, along), rel=1e-9)
 
@@ -70,4 +70,4 @@ def test_stated_slip_counts_before_the_speeds():
 @pytest.mark.parametrize("flat", [0.832, 0.768])
 def test_discs_slip_by_a_share_of_the_circumference_in_a_rotation(flat):
     run = with_speeds(0.8, flat)
-    assert run.twin_disc.slip_per_rotation(run.conditions) == pytest.approx(2 * math.pi * 4e-3 * 0.04, rel=1e-12)
+    assert run.described.slip_per_rotation(run.conditions) == pytest.approx(2 * math.pi * 4e-3 * 0.04, rel=1e-12)

@@ -127,7 +127,7 @@ def test_steps_of_the_paper_s_flow_chart_are_the_giwm_s():
 def pin_of(**changes: object):
     document = {**MANIFEST, "contact": {**MANIFEST["contact"]}}
     document["contact"]["pin"] = {**MANIFEST["contact"]["pin"], **changes}
-    return RunManifest.model_validate(document).sliding_pin
+    return RunManifest.model_validate(document).described
 
 
 def test_engine_chooses_the_curve_of_a_sphere():

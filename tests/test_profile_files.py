@@ -194,7 +194,7 @@ def test_positions_that_repeat_otherwise_are_refused():
 
 def test_radius_of_the_unworn_surface_by_key():
     twin = manifest_with()
-    assert reference_radius(twin, "end_values.curved_disc_profile[3]") == twin.twin_disc.curved_disc.crown_radius
+    assert reference_radius(twin, "end_values.curved_disc_profile[3]") == twin.described.curved_disc.crown_radius
     assert reference_radius(twin, "interruptions[0].flat_disc_profile") is None
     pin = RunManifest.model_validate(
         twin.model_dump(exclude={"contact", "conditions"}, exclude_none=True, by_alias=True)

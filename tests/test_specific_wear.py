@@ -179,7 +179,7 @@ def test_slip_distance_is_as_uncertain_as_slip_and_rolling_radius(disc_pair):
     (run_id, *_) = disc_pair.ids()
     run = disc_pair.raw(run_id)
     found = specific_wear(run)
-    slip, radius = run.manifest.slip, run.manifest.twin_disc.curved_disc.rolling_radius
+    slip, radius = run.manifest.slip, run.manifest.described.curved_disc.rolling_radius
     share = math.hypot(*(one.standard_uncertainty / one.value for one in (slip, radius)))
     assert share > 0.005
     assert found.sliding_distance.standard_uncertainty == pytest.approx(share * found.sliding_distance.value)

@@ -202,7 +202,7 @@ def test_predictions_are_what_predict_finds(swept, archive):
     store = Archive(archive)
     fit, manifest = store.result(RUN, "wear_fit_archard", WearFit), store.manifest(RUN)
     load = Quantity(value=0.4, unit="N", standard_uncertainty=0.4 * 0.01)
-    scenario = Scenario(manifest.sliding_pin, load, KnownWear({"pin": fit.first.wear_coefficient}))
+    scenario = Scenario(manifest.described, load, KnownWear({"pin": fit.first.wear_coefficient}))
     expected = predict_wear(scenario, [1000.0], depths=[50e-6])
     assert [row["outcome"] for row in rows] == ["at 1000 m", "worn to 50 µm"] * 2
     assert rows[2]["wear_depth"] == expected.prediction[0].contact.approach.model_dump()

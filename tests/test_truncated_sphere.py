@@ -174,7 +174,7 @@ def test_simulated_run_of_a_truncated_sphere_tells_its_coefficient(short_plan, t
     truth, *_ = simulate_plan(load_toml(plan, Plan), tmp_path)
     recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
     run = read_run(tmp_path / truth.id)
-    assert run.manifest.sliding_pin.pin.flat_radius.value == pytest.approx(60e-6)
+    assert run.manifest.described.sliding_tip.flat_radius.value == pytest.approx(60e-6)
     found = fit_wear(correct_drift(run, recipe), "archard", None, recipe).first.wear_coefficient
     assert abs(found.value - truth.wear_coefficient.value) < 2.5 * found.standard_uncertainty
     rate = specific_wear(run, recipe).pin.specific_wear_rate

@@ -103,7 +103,7 @@ def test_a_groove_as_deep_as_the_tip_leaves_no_way_to_look_at():
 )
 def test_giwm_is_for_discs_that_were_looked_at_and_have_hardly_worn(disc, engine):
     run = recorded(depth(10e-6, 5e-8), disc)
-    end, pin = end_wear(run, DefaultUncertainty()), run.manifest.sliding_pin.pin
+    end, pin = end_wear(run, DefaultUncertainty()), run.manifest.described.sliding_tip
     assert engine_of(pin, end, Recipe()) == engine
     assert engine_of(pin, end, Recipe(wear=WearRecipe(engine="local"))) == "local"
 

@@ -7,7 +7,7 @@ from tribopipe.base.errors import ContactError
 from tribopipe.contacts.pin_on_disc import PinWear
 from tribopipe.contacts.pin_on_track import PinAndTrackWear
 from tribopipe.contacts.twin_disc import TwinDiscWear
-from tribopipe.contacts.wear import ContactWear
+from tribopipe.contacts.wear import ContactWear, SensedWear
 from tribopipe.documents.contact import Contact, SlidingPin
 from tribopipe.documents.contact_kinds import family_of
 from tribopipe.documents.quantity import Quantity
@@ -37,6 +37,14 @@ class Terms(NamedTuple):
 def wear_of(contact: Contact, terms: Terms = Terms()) -> ContactWear:  # noqa: B008 - it is immutable
     """Return how the bodies of a contact wear."""
     return family_of(contact, _FAMILIES)(contact, terms)
+
+
+def sensed_wear(contact: Contact, engine: WearEngine) -> SensedWear:
+    """Return how the body that stays in contact wears. Raises ``ContactError`` where both bodies pass."""
+    wear = wear_of(contact, Terms(engine=engine))
+    if isinstance(wear, SensedWear):
+        return wear
+    raise ContactError(f"found a {contact.test}; expected a contact whose depth signal shows its wear")
 
 
 def _pin_wear(contact: SlidingPin, terms: Terms) -> ContactWear:

@@ -279,6 +279,6 @@ def disc_pair(contact: TwinDisc, values: Values, distance: DistanceConvention) -
 
 def nominal_pair(manifest: RunManifest, distance: DistanceConvention) -> DiscPair:
     """Return two discs as run.toml states them."""
-    contact = manifest.twin_disc
+    contact = TwinDisc.of(manifest.described, manifest.id)
     wear = TwinDiscWear(contact, contact.slip(manifest.conditions), distance)
     return wear.pair(best_values(wear.inputs(manifest.conditions.normal_load, Recipe())))

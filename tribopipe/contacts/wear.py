@@ -11,6 +11,7 @@ from tribopipe.base.arrays import Column, Values
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.physics.calculation_methods import DistanceConvention
+from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.input_quantities import Input
 from tribopipe.results.wear_fit import HertzStart
 
@@ -92,6 +93,14 @@ class ContactWear(Protocol):
 
     def notes(self, values: Values, last: State | None) -> tuple[str, ...]:
         """Return what the model assumes of the contact, and where the state at its last place leaves it."""
+
+
+@runtime_checkable
+class SensedWear(ContactWear, Protocol):
+    """A contact of which the depth signal gives k_D: depth of its first body against lost volume."""
+
+    def pin(self, values: Values) -> PinContact:
+        """Return the depth of the first body against worn volume."""
 
 
 class Row(NamedTuple):

@@ -211,6 +211,8 @@ class Contact(Record):
     """Bodies that may be left out of run.toml, and the body that each is like then."""
     standard: ClassVar[str] = "g99"
     """Standard test method that reports name by default."""
+    usual_diameters: ClassVar[tuple[float, ...]] = ()
+    """Diameters, mm, of the body described by ``track_key`` in most tests."""
     contacts_per_turn: ClassVar[int] = 1
     """Contacts that a place of the second body's track meets in one turn."""
     depth_share: ClassVar[float] = 1.0
@@ -235,6 +237,28 @@ class Contact(Record):
     def tip(self) -> "Tip | None":
         """The end of the body that stays in contact; None if both bodies pass."""
         return None
+
+    @property
+    def sliding_tip(self) -> "Tip":
+        """The end of the body that stays in contact. Raises ``ContactError`` where both bodies pass."""
+        if self.tip is None:
+            raise ContactError(f"found a {self.test}; expected a body that stays in contact; specify another run")
+        return self.tip
+
+    @property
+    def equivalent_pin(self) -> "Tip":
+        """The tip that touches and wears on a flat counterbody as this one does on its own."""
+        return self.sliding_tip
+
+    @classmethod
+    def counterbody_name(cls) -> str:
+        """Return what the second body is called: "disc"."""
+        return cls.body_names[1]
+
+    @property
+    def counterbody(self) -> Specimen:
+        """The second body, which a pin rubs on."""
+        return self.bodies[self.counterbody_name()]
 
     @property
     def disc_of_track(self) -> Specimen | None:
@@ -264,6 +288,16 @@ class Contact(Record):
     def slip(self, conditions: Any, default: float = 0.0) -> Quantity | None:  # noqa: ARG002
         """Return the slip of bodies that roll on each other; None for others."""
         return None
+
+    def slip_per_rotation(self, conditions: Any) -> float:
+        """Return the slip distance of unworn bodies that roll, in one unit of the progress, m."""
+        slip = self.slip(conditions)
+        return 0.0 if slip is None else self.travel * abs(slip.value)
+
+    @property
+    def rolling_radii(self) -> tuple[Quantity, ...]:
+        """Radii of the bodies along the direction in which both roll, m; empty where one stays in contact."""
+        return ()
 
     def friction_arm(self, track_radius: float | None, /) -> float | None:
         """Return friction torque over friction force, as it belongs to the load that is applied, m."""
@@ -436,8 +470,6 @@ class SlidingPin(Contact):
     sensor_tells: ClassVar[bool] = True
     equivalent_words: ClassVar[str] = "pin"
     """Name of ``equivalent_pin``."""
-    usual_diameters: ClassVar[tuple[float, ...]] = ()
-    """Diameters, mm, of the body that this key describes in most tests."""
 
     @property
     def tip(self) -> Tip:
@@ -448,21 +480,6 @@ class SlidingPin(Contact):
     def disc_of_track(self) -> Specimen | None:
         """The counterbody, unless its size determines the track radius."""
         return self.counterbody if self.track_key is None else None
-
-    @property
-    def counterbody(self) -> Specimen:
-        """The body that the pin rubs on."""
-        return self.bodies[self.counterbody_name()]
-
-    @classmethod
-    def counterbody_name(cls) -> str:
-        """Return what the counterbody is called: "disc"."""
-        return cls.body_names[1]
-
-    @property
-    def equivalent_pin(self) -> Tip:
-        """The pin that touches and wears on a flat counterbody as this one does on its own."""
-        return self.pin
 
     @property
     def inputs(self) -> dict[str, Quantity]:

@@ -38,6 +38,8 @@ ASSUMED: type[Contact] = PinOnDisc
 """Kind that is assumed where nothing states one."""
 ROLES = tuple(dict.fromkeys(role for contact in _SHIPPED for role in contact.roles))
 """Bodies of all families, as post-test measurements and results call them."""
+ROLLING_ROLES = tuple(role for contact in _SHIPPED if contact.tip_role is None for role in contact.roles)
+"""Those of bodies that roll on each other, neither of which stays in contact."""
 WITH_BALL: dict[str, type[SlidingBall]] = {kind_of(contact): contact for contact in (BallOnDisc, ReciprocatingBall)}
 """Those kinds whose pin may be a ball instead, with the ball."""
 
@@ -162,5 +164,7 @@ def _of_family(family: type[Contact], written: Mapping[str, Any]) -> type[Contac
 
 AnyContact = Annotated[Contact, _OfItsKind(*_SHIPPED)]
 """A contact of any installed kind."""
+AnyTwinDisc = Annotated[TwinDisc, _OfItsKind(TwinDisc)]
+"""Two discs that roll on each other, of any installed kind."""
 AnySlidingPin = Annotated[SlidingPin, _OfItsKind(*(kind for kind in _SHIPPED if issubclass(kind, SlidingPin)))]
 """A pin on a counterbody, of any installed kind."""

@@ -22,10 +22,11 @@ from pydantic import (
 
 from tribopipe.base.errors import ContactError, ManifestError, did_you_mean
 from tribopipe.base.files import leads_out
-from tribopipe.documents.contact import SLIDING, Contact, Progress, SlidingPin, Specimen, Tip
+from tribopipe.documents.contact import SLIDING, Contact, Progress, Specimen, Tip
 from tribopipe.documents.contact_kinds import (
     ASSUMED,
     ROLES,
+    ROLLING_ROLES,
     SHIPPED,
     AnyContact,
     contact_described,
@@ -55,7 +56,6 @@ from tribopipe.documents.quantity import (
 from tribopipe.documents.record import Record, read_document
 from tribopipe.documents.signals import SignalName
 from tribopipe.documents.toml import parse_toml, read_bytes
-from tribopipe.documents.twin_disc import TwinDisc
 
 MANIFEST_NAME = "run.toml"
 MANIFEST_SCHEMA = "tribopipe.run/1"
@@ -442,7 +442,7 @@ class EndValues(Record):
 
     @model_validator(mode="after")
     def _volume_of_a_rolling_disc_is_given_once(self) -> Self:
-        for disc in TwinDisc.roles:
+        for disc in ROLLING_ROLES:
             keys = [f"{disc}_{what}" for what in ("wear_volume", "profile", "mass_loss")]
             found = [key for key in keys if getattr(self, key)]
             if f"{disc}_mass_loss" in found and len(found) > 1:
@@ -457,7 +457,7 @@ class EndValues(Record):
         for body in ROLES:
             named: tuple[ProfileSource, ...] = getattr(self, f"{body}_profile")
             known = sum(one.before is not None for one in named)
-            if known and body in TwinDisc.roles:
+            if known and body in ROLLING_ROLES:
                 raise ValueError(
                     f"{body}_profile.before: found a map before the test of a rolling disc; expected it for a pin or "
                     "the disc under a pin only; remove the key"
@@ -731,16 +731,6 @@ class RunManifest(Record):
         if self.contact is None:
             raise _no_contact(self.id)
         return self.contact
-
-    @property
-    def sliding_pin(self) -> SlidingPin:
-        """The bodies of a run with a pin that slides. Raises ``ContactError`` for a run on another tribometer."""
-        return SlidingPin.of(self.described, self.id)
-
-    @property
-    def twin_disc(self) -> TwinDisc:
-        """The bodies of a twin-disc run. Raises ``ContactError`` for a run on another tribometer."""
-        return TwinDisc.of(self.described, self.id)
 
 
 def _no_contact(run_id: str) -> ContactError:

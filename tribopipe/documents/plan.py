@@ -1,6 +1,5 @@
 """plan.toml: what a virtual tribometer is to record, for sample runs and ground truth."""
 
-import math
 from collections import Counter
 from collections.abc import Mapping
 from datetime import datetime
@@ -10,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from tribopipe.base.errors import ContactError
-from tribopipe.documents.contact_kinds import AnySlidingPin
+from tribopipe.documents.contact_kinds import AnySlidingPin, AnyTwinDisc
 from tribopipe.documents.manifest import Rotations, RunId, RunManifest, StatedFriction
 from tribopipe.documents.quantity import (
     Distance,
@@ -28,7 +27,6 @@ from tribopipe.documents.quantity import (
 )
 from tribopipe.documents.recipe import GivenParameter, LawName
 from tribopipe.documents.record import Record, first_problem
-from tribopipe.documents.twin_disc import TwinDisc
 from tribopipe.physics.calculation_methods import DistanceConvention
 
 _NOTHING: Mapping[str, Quantity] = MappingProxyType({})
@@ -271,7 +269,7 @@ class TwinDiscSeries(AnySeries):
 
     distance_per_rotation: DistanceConvention = "full-slip"
     """Convention for the sliding distance of a point of a disc in one rotation, for the true wear."""
-    contact: TwinDisc
+    contact: AnyTwinDisc
     """The two discs."""
     systematic_errors: bool = False
     """Whether errors of load, radii, moduli, slip and sensor scale are drawn once per run within the stated
@@ -297,9 +295,8 @@ class TwinDiscSeries(AnySeries):
 
     @model_validator(mode="after")
     def _runs_end(self) -> Self:
-        circumference = 2 * math.pi * self.contact.curved_disc.rolling_radius.value
         most = max(run.rotations for run in self.runs)
-        _refuse_endless(most * circumference / self.curved_disc_speed.value, self.sensors)
+        _refuse_endless(most * self.contact.travel / self.curved_disc_speed.value, self.sensors)
         return self
 
     def load_of(self, run: TwinDiscVirtualRun) -> Quantity:

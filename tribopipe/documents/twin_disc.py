@@ -79,9 +79,10 @@ class TwinDisc(Contact):
         other = default * abs(ratio - 1) if len(known) == 1 else 0.0
         return Quantity(value=ratio - 1, unit="1", standard_uncertainty=math.hypot(*known, other) if known else None)
 
-    def slip_per_rotation(self, conditions: Any) -> float:
-        """Return the slip distance 2π·r₁·|slip| in one rotation of the unworn crowned disc, m."""
-        return self.travel * abs(self.slip(conditions).value)
+    @property
+    def rolling_radii(self) -> tuple[Quantity, ...]:
+        """r₁z and r₂z, m."""
+        return self.curved_disc.rolling_radius, self.flat_disc.rolling_radius
 
     def friction_arm(self, _: float | None, /) -> float:
         """Return the radius of the crowned disc, m."""

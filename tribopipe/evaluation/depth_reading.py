@@ -8,16 +8,15 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.pin_on_disc import pin_curve
-from tribopipe.contacts.twin_disc import nominal_pair
+from tribopipe.contacts.kinds import Terms, sensed_wear, wear_of
 from tribopipe.documents.contact import Tip
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear, groove_alone
-from tribopipe.evaluation.measurements.pin_tip import PinTip
-from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
+from tribopipe.evaluation.measurements.end_wear import EndWear, TotalWear
+from tribopipe.evaluation.measurements.kinds import end_wear, groove_alone
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.evaluation.preprocessing.masking import spikes
 from tribopipe.physics.calculation_methods import WearEngine
 from tribopipe.physics.depth_model.block_averages import DepthSamples, steps
@@ -26,7 +25,7 @@ from tribopipe.physics.depth_model.terms import SETTLING_TIMES
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import OnTrack, depth_growth
 from tribopipe.results.evaluation import DepthModel
-from tribopipe.results.input_quantities import stated_or_default
+from tribopipe.results.input_quantities import best_values, stated_or_default
 from tribopipe.results.run import RawRun
 
 FEWEST_SAMPLES = 16
@@ -171,15 +170,15 @@ def best_pin(run: RawRun, end: EndWear | None, recipe: Recipe) -> PinContact:
 
     Local wear counts as the GIWM here: of the drift the two differ by next to nothing.
     """
-    contact = run.manifest.sliding_pin
+    contact = run.manifest.described
     values = {
         "normal_load": contact_load(run, recipe).value,
         "pin_radius": contact.equivalent_pin.radius.value,
-        "pin_modulus": contact.pin.youngs_modulus.value,
+        "pin_modulus": contact.sliding_tip.youngs_modulus.value,
         "disc_modulus": contact.counterbody.youngs_modulus.value,
     }
-    engine = engine_of(contact.pin, end, recipe)
-    return pin_curve(contact, values, "giwm" if engine == "local" else engine)
+    engine = engine_of(contact.sliding_tip, end, recipe)
+    return sensed_wear(contact, "giwm" if engine == "local" else engine).pin(values)
 
 
 def pin_reading(
@@ -243,7 +242,7 @@ def pin_reading(
 class Groove:
     """A groove that was measured, and the pin that is worn in it."""
 
-    tip: PinTip
+    tip: WornTip
     measured: Quantity
     """m."""
     pin_depth: float | None
@@ -253,7 +252,7 @@ class Groove:
     def of(cls, run: RawRun, end: EndWear | None, recipe: Recipe) -> "Groove | None":
         """Return the groove that was measured next to the pin, or alone where the pin was not; None without one."""
         used = groove_alone(run, recipe.uncertainty) if end is None else end.disc
-        tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin) if end is None else end.tip
+        tip = WornTip.of(run.manifest.described.equivalent_pin) if end is None else end.tip
         return None if used is None else cls(tip, used.quantity, None if end is None else end.pin_depth.value)
 
     @classmethod
@@ -335,20 +334,27 @@ def _depths(end: EndWear) -> Column:
     return np.maximum.accumulate(end.pin_depth_of(moved, end.tip.radius))
 
 
-def disc_course(run: RawRun, recipe: Recipe, whole: float = 1.0) -> Course:
-    """Return how deep two discs that end at a depth, m, are on their way of some whole length, as if one alone wore.
+def course_of_both(run: RawRun, recipe: Recipe, whole: float = 1.0) -> Course:
+    """Return how deep two bodies that end at a depth, m, are on their way of some whole length, as if one alone wore.
 
     How wear is shared changes next to nothing of the shape of its sum.
     """
-    discs = nominal_pair(run.manifest, recipe.wear.distance_per_rotation)
-    return lambda end_depth, along: discs.worn(discs.rotations(end_depth, 1.0) * along / whole, 1.0).curved_depth
+    wear = wear_of(run.manifest.described, Terms(run.manifest.slip, distance=recipe.wear.distance_per_rotation))
+    first, *others = wear.coefficients
+    stated = best_values(wear.inputs(run.manifest.conditions.normal_load, Recipe()))
+    values = {**stated, first: 1.0, **dict.fromkeys(others, 0.0)}
+
+    def course(end_depth: float, along: Column) -> Column:
+        return wear.worn(values, wear.progress_to(values, end_depth) * along / whole)[wear.displacement]
+
+    return course
 
 
-def disc_reading(run: RawRun, samples: DepthSamples, end: DiscEndWear, recipe: Recipe, slid: float) -> DepthReading:
-    """Return the depth reading of two discs."""
+def reading_of_both(run: RawRun, samples: DepthSamples, end: TotalWear, recipe: Recipe, slid: float) -> DepthReading:
+    """Return the depth reading of two bodies that share one worn shape."""
     total = end.total
     measured = MeasuredDepth(total.value + SCORES * total.u_or_zero, lambda depth: depth)
-    return samples.reading(disc_course(run, recipe, slid), (measured,))
+    return samples.reading(course_of_both(run, recipe, slid), (measured,))
 
 
 _PROBABLE = 0.5

@@ -99,7 +99,7 @@ def _complete_rolling(columns: Columns, origins: Origins, manifest: RunManifest)
             "found neither time nor rotations among the signals; expected at least one; map one under "
             "[signals.columns] in run.toml"
         )
-    slipped = manifest.twin_disc.slip_per_rotation(manifest.conditions)
+    slipped = manifest.described.slip_per_rotation(manifest.conditions)
     if "rotations" not in columns and "sliding_distance" in columns:
         columns["rotations"] = continuous(columns["sliding_distance"]) / slipped
         origins["rotations"] = "derived from nominal slip"

@@ -30,21 +30,20 @@ from tribopipe.evaluation.depth_reading import (
     MOST_DEVIATION,
     Share,
     best_pin,
+    course_of_both,
     depth_model,
     depth_record,
-    disc_course,
-    disc_reading,
     groove_share,
     pin_reading,
+    reading_of_both,
     require_samples,
     sensor_scale,
     sliding_time,
 )
 from tribopipe.evaluation.load_and_friction import load_course
+from tribopipe.evaluation.measurements.end_wear import EndWear, TotalWear
 from tribopipe.evaluation.measurements.kinds import measurements_of
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear
 from tribopipe.evaluation.measurements.readings import combined
-from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
 from tribopipe.evaluation.unmeasured_groove import wear_of_both
 from tribopipe.physics.autocorrelation import inflation, left_of
 from tribopipe.physics.depth_model.block_averages import baseline
@@ -88,7 +87,7 @@ class SensorTrace:
         return np.asarray(scale * (self.reading - zero - self.ramp * (end - zero)) + self.ramp * end_wear)
 
 
-def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> SensorTrace:
+def read_trace(run: RawRun, end: EndWear | TotalWear, recipe: Recipe) -> SensorTrace:
     """Take zero offset and end reading from the depth signal of a run with this wear at its end.
 
     Raises ``FitError`` where fewer than 16 samples of depth are left.
@@ -102,7 +101,7 @@ def read_trace(run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe) -> Senso
     if isinstance(end, EndWear):
         wear = _pin_wear(run, end, share, recipe)
     else:
-        wear = disc_course(run, recipe)(max(end.total.value, _LEAST_WEAR), share)
+        wear = course_of_both(run, recipe)(max(end.total.value, _LEAST_WEAR), share)
     ramp = (time - start) / duration
     s, y, noise = distance[seen], reading[seen], _noise(distance[seen], reading[seen], wear)
     first, rest = _windows(s, recipe.drift.window)
@@ -192,12 +191,14 @@ def correct_drift(run: RawRun, recipe: Recipe | None = None) -> CorrectedRun:
 
 def _measured_wear(
     run: RawRun, recipe: Recipe, approach: Quantity | None = None
-) -> tuple[EndWear | DiscEndWear | None, str]:
+) -> tuple[EndWear | TotalWear | None, str]:
     """Return the wear that was measured after a test, and what is missing where there is none."""
     if run.manifest.contact is None:
         return None, "the two bodies ([contact])"
     measured = measurements_of(run.manifest.contact)
-    return measured.at_end(run, recipe, approach), measured.needed
+    if measured.sensed is None:
+        return measured.total(run, recipe), measured.needed
+    return measured.sensed.end_wear(run, recipe.uncertainty, None, approach), measured.needed
 
 
 def _tells_by_itself(run: RawRun) -> bool:
@@ -207,7 +208,7 @@ def _tells_by_itself(run: RawRun) -> bool:
 
 
 def _by_model(
-    run: RawRun, end: EndWear | DiscEndWear | None, recipe: Recipe, two_step: DriftCorrection | None
+    run: RawRun, end: EndWear | TotalWear | None, recipe: Recipe, two_step: DriftCorrection | None
 ) -> CorrectedRun:
     """Subtract the mean of all that is not wear by the model: offsets, drift, settling, thermal expansion.
 
@@ -215,9 +216,9 @@ def _by_model(
     """
     record = depth_record(run)
     samples, slid = record.samples, record.slid
-    discs = end if isinstance(end, DiscEndWear) else None
+    discs = end if isinstance(end, TotalWear) else None
     if discs is not None:
-        reading = disc_reading(run, samples, discs, recipe, slid)
+        reading = reading_of_both(run, samples, discs, recipe, slid)
     else:
         pin_end = end if isinstance(end, EndWear) else None
         pin = best_pin(run, pin_end, recipe)
@@ -264,9 +265,7 @@ def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: 
         )
 
 
-def _two_step(
-    run: RawRun, end: EndWear | DiscEndWear, recipe: Recipe, approach: Quantity | None = None
-) -> CorrectedRun:
+def _two_step(run: RawRun, end: EndWear | TotalWear, recipe: Recipe, approach: Quantity | None = None) -> CorrectedRun:
     """Subtract the straight line between zero offset and end reading."""
     trace = read_trace(run, end, recipe)
     scale = sensor_scale(run, recipe)
@@ -299,7 +298,7 @@ def _two_step(
     )
 
 
-def _groove(end: EndWear | DiscEndWear | None, posterior: DepthPosterior | None = None) -> float:
+def _groove(end: EndWear | TotalWear | None, posterior: DepthPosterior | None = None) -> float:
     """Return the depth of the groove next to a pin that was measured, m: as measured, or what the reading has of it."""
     if isinstance(end, EndWear) and end.disc is not None:
         return end.disc.quantity.value
@@ -308,7 +307,7 @@ def _groove(end: EndWear | DiscEndWear | None, posterior: DepthPosterior | None 
     return float(posterior.terms[0][posterior.first_known])
 
 
-def _part_of_pin(end: EndWear | DiscEndWear | None, wear: Column, groove: float) -> Column | None:
+def _part_of_pin(end: EndWear | TotalWear | None, wear: Column, groove: float) -> Column | None:
     """Return the pin's part of the wear of both bodies, m, as they wear together; None if the pin was not measured."""
     if not isinstance(end, EndWear):
         return None

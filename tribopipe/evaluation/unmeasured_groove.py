@@ -15,7 +15,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DepthRecord, Groove, best_pin, depth_record, sensor_scale
-from tribopipe.evaluation.measurements.pin_on_disc import end_wear
+from tribopipe.evaluation.measurements.kinds import end_wear
 from tribopipe.physics.depth_model.posterior import DepthPosterior, depth_posterior
 from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.results.run import RawRun

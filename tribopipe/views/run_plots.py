@@ -8,12 +8,11 @@ import numpy as np
 
 from tribopipe.archive.step_names import PREDICTIONS, WEAR_FITS
 from tribopipe.base.arrays import Column
-from tribopipe.documents.contact_kinds import spoken
+from tribopipe.documents.contact_kinds import ROLLING_ROLES, spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.documents.signals import SignalName
-from tribopipe.documents.twin_disc import DISCS, DiscName
 from tribopipe.evaluation.load_and_friction import fitted_path
-from tribopipe.evaluation.measurements.twin_disc import Measured
+from tribopipe.evaluation.measurements.body_wear import MeasuredQuantity
 from tribopipe.physics.laws import law_label
 from tribopipe.results.evaluation import COVERAGE_FACTOR, FrictionFit
 from tribopipe.results.run import CorrectedRun, RawRun
@@ -145,7 +144,7 @@ class ShownQuantity(NamedTuple):
     factor: float = 1.0
 
 
-QUANTITIES: dict[Measured, ShownQuantity] = {
+QUANTITIES: dict[MeasuredQuantity, ShownQuantity] = {
     "wear_volume": ShownQuantity(("curved_volume", "flat_volume"), "wear volume", VOLUME),
     "wear_depth": ShownQuantity(("curved_depth", "flat_depth"), "wear depth", MICRONS),
     "track_width": ShownQuantity(("half_width", "half_width"), "track width", MICRONS, 2.0),
@@ -156,8 +155,8 @@ QUANTITIES: dict[Measured, ShownQuantity] = {
 class MeasuredPoint(NamedTuple):
     """One measurement on a disc of a run."""
 
-    disc: DiscName
-    what: Measured
+    disc: str
+    what: MeasuredQuantity
     value: FittedValue
 
 
@@ -228,7 +227,7 @@ def _discs(x: Column, run: RawRun, laws: Sequence[WearCurves]) -> Iterator[_Show
     measured = {point.what for point in points}
     what = next((kind for kind in QUANTITIES if kind in measured), next(iter(QUANTITIES)))
     shown = QUANTITIES[what]
-    for disc, outcome in zip(DISCS, shown.outcomes, strict=True):
+    for disc, outcome in zip(ROLLING_ROLES, shown.outcomes, strict=True):
         if disc in drawn_discs(points, laws):
             here = [point.value for point in points if (point.disc, point.what) == (disc, what)]
             marks = tuple(
@@ -252,18 +251,18 @@ def measured_points(laws: Sequence[WearCurves]) -> list[MeasuredPoint]:
 
 
 def _point(value: FittedValue) -> MeasuredPoint:
-    disc = next(disc for disc in DISCS if value.name.startswith(disc))
+    disc = next(disc for disc in ROLLING_ROLES if value.name.startswith(disc))
     what = next(kind for kind in QUANTITIES if value.name.startswith(f"{disc}_{kind}"))
     return MeasuredPoint(disc, what, value)
 
 
-def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> list[DiscName]:
+def drawn_discs(points: Sequence[MeasuredPoint], laws: Sequence[WearCurves]) -> list[str]:
     """Return the discs that were measured, or that wear according to a law."""
     worn = {
         disc: any(np.any(one.bands[outcome].best > 0) for one in laws)
-        for disc, outcome in zip(DISCS, QUANTITIES["wear_volume"].outcomes, strict=True)
+        for disc, outcome in zip(ROLLING_ROLES, QUANTITIES["wear_volume"].outcomes, strict=True)
     }
-    return [disc for disc in DISCS if worn[disc] or any(point.disc == disc for point in points)]
+    return [disc for disc in ROLLING_ROLES if worn[disc] or any(point.disc == disc for point in points)]
 
 
 def _law(x: Column, run: str, curves: WearCurves, outcome: str, unit: Unit, factor: float = 1.0) -> Curve:
@@ -312,7 +311,7 @@ def _depths(both: Curve, curves: WearCurves) -> Iterator[Curve]:
     worn = drawn_discs((), [curves])
     if len(worn) > 1:
         yield replace(both, name="both discs", law=None, series=0)
-    for number, (disc, outcome) in enumerate(zip(DISCS, QUANTITIES["wear_depth"].outcomes, strict=True), 1):
+    for number, (disc, outcome) in enumerate(zip(ROLLING_ROLES, QUANTITIES["wear_depth"].outcomes, strict=True), 1):
         if disc in worn:
             own = _law(both.x, both.run, curves, outcome, MICRONS)
             yield replace(own, name=spoken(disc), law=None, series=number)

@@ -190,8 +190,7 @@ def _slip_of_speeds(run: RawRun) -> Iterator[Trouble]:
     stated = run.manifest.slip
     if stated is None:
         return
-    discs = run.manifest.twin_disc
-    radii = (discs.curved_disc.rolling_radius, discs.flat_disc.rolling_radius)
+    radii = run.manifest.described.rolling_radii
     shares = (relative_input(one, DefaultUncertainty().rolling_radius).spread / one.value for one in radii)
     allowed = max(_TOLERANCE * abs(stated.value), 3 * stated.u_or_zero, 3 * math.hypot(*shares))
     for one, other in disc_speeds(run):

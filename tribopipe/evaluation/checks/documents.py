@@ -8,7 +8,8 @@ import numpy as np
 
 import tribopipe.evaluation.checks.plausibility
 import tribopipe.evaluation.checks.restarts
-import tribopipe.evaluation.checks.runout  # noqa: F401 - all register further checks
+import tribopipe.evaluation.checks.runout
+import tribopipe.evaluation.checks.scars  # noqa: F401 - all register further checks
 from tribopipe.documents.manifest import Conditions, EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID

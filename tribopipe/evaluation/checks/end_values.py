@@ -8,20 +8,19 @@ from itertools import chain, combinations
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import show
-from tribopipe.documents.contact import Contact, SlidingPin
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.manifest import EndValues, RunManifest
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.checks.registry import Trouble, check
-from tribopipe.evaluation.measurements.kinds import measurements_of
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
-from tribopipe.evaluation.measurements.pin_tip import PinTip, pin_maps, tip_radius
+from tribopipe.evaluation.measurements.body_wear import names_used
+from tribopipe.evaluation.measurements.end_wear import TotalWear
+from tribopipe.evaluation.measurements.kinds import Measurements, measurements_of, worn_bodies
 from tribopipe.evaluation.measurements.profile_gaps import has_gaps
 from tribopipe.evaluation.measurements.readings import differences_at
 from tribopipe.evaluation.measurements.tip_map import radii_differ, volume_below_sphere
 from tribopipe.evaluation.measurements.track_profile import GAP_REMEDY, gap_found, reference_radius, worn_area
-from tribopipe.evaluation.measurements.twin_disc import DiscEndWear
-from tribopipe.evaluation.measurements.worn_pair import contradictions, names_used
+from tribopipe.evaluation.measurements.worn_tip import WornTip, tip_maps, tip_radius
 from tribopipe.physics.geometry import scar_depth
 from tribopipe.results.run import Profile, RawRun, paired_key
 
@@ -51,7 +50,7 @@ def impossible_measurement(run: RawRun) -> Iterator[Trouble]:
         yield from _masses_without_density(where, end, contact)
         if run.manifest.pin is None:
             continue
-        yield from _impossible_on_the_pin(where, end, run.manifest.sliding_pin)
+        yield from _impossible_on_the_pin(where, end, contact)
         yield from _impossible_track(where, end, run.manifest)
         yield from _groove_beyond_the_tip(where, run, None if number < 0 else number)
 
@@ -73,9 +72,9 @@ def _masses_without_density(where: str, end: EndValues, contact: Contact) -> Ite
             )
 
 
-def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> Iterator[Trouble]:
+def _impossible_on_the_pin(where: str, end: EndValues, contact: Contact) -> Iterator[Trouble]:
     """Find more wear than half a sphere, a scar within the flat that was there, and profiles of what has no cap."""
-    tip = PinTip.of(contact.equivalent_pin)
+    tip = WornTip.of(contact.equivalent_pin)
     if not tip.widens:
         if any(one.before is None for one in end.pin_profile):
             yield Trouble(
@@ -104,18 +103,18 @@ def _impossible_on_the_pin(where: str, end: EndValues, contact: SlidingPin) -> I
         )
 
 
-def _pin_volume(end: EndValues, contact: SlidingPin) -> Quantity | None:
+def _pin_volume(end: EndValues, contact: Contact) -> Quantity | None:
     """Return the volume stated for the pin, or that of its mass, m³."""
     if end.pin_wear_volume is not None:
         return end.pin_wear_volume
-    if end.pin_mass_loss is None or contact.pin.density is None:
+    if end.pin_mass_loss is None or contact.sliding_tip.density is None:
         return None
-    return Quantity(value=end.pin_mass_loss.value / contact.pin.density.value, unit="m^3")
+    return Quantity(value=end.pin_mass_loss.value / contact.sliding_tip.density.value, unit="m^3")
 
 
 def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iterator[Trouble]:
     """Find tracks wider than the pin, or than the circle they lie on."""
-    width, pin, circle = end.disc_track_width, manifest.sliding_pin.pin, manifest.conditions.track_radius
+    width, pin, circle = end.disc_track_width, manifest.described.sliding_tip, manifest.conditions.track_radius
     tip = pin.radius if pin.widens else None
     for size, radius in (("diameter of the pin", tip), ("diameter of the circular wear track", circle)):
         if width is not None and radius is not None and width.value >= 2 * radius.value:
@@ -130,7 +129,7 @@ def _impossible_track(where: str, end: EndValues, manifest: RunManifest) -> Iter
 def _groove_beyond_the_tip(where: str, run: RawRun, interruption: int | None) -> Iterator[Trouble]:
     """Find a groove so deep that, with the wear of the pin, the contact would be wider than the pin."""
     try:
-        bodies = pin_on_disc_wear(run, DefaultUncertainty(), interruption).bodies.values()
+        bodies = worn_bodies(run, DefaultUncertainty(), interruption).bodies.values()
     except FitError:
         return
     for way in chain.from_iterable(bodies):
@@ -233,7 +232,7 @@ def _maps(run: RawRun) -> dict[str, dict[str, list[Profile]]]:
     """Return the maps of the pin that are integrated as a whole, by the key of their files."""
     if run.manifest.contact is None or run.manifest.pin is None:
         return {}
-    found = {f"{where}.pin_profile": pin_maps(run, where) for where, _ in _parts(run.manifest)}
+    found = {f"{where}.pin_profile": tip_maps(run, where) for where, _ in _parts(run.manifest)}
     return {key: maps for key, maps in found.items() if maps}
 
 
@@ -246,17 +245,18 @@ def _no_wear(where: str, error: FitError) -> Trouble:
 def measurements_disagree(run: RawRun) -> Iterator[Trouble]:
     """Compare what several post-test measurements state about one wear depth or volume."""
     if run.manifest.contact is not None:
-        totals = measurements_of(run.manifest.contact).totals
-        yield from _bodies_contradict(run) if totals is None else _totals_contradict(run, totals)
+        measured = measurements_of(run.manifest.contact)
+        yield from _bodies_contradict(run, measured)
+        yield from () if measured.totals is None else _totals_contradict(run, measured.totals)
 
 
-def _bodies_contradict(run: RawRun) -> Iterator[Trouble]:
+def _bodies_contradict(run: RawRun, measured: Measurements) -> Iterator[Trouble]:
     """Compare what was measured on the pin, and on the disc, with each other, each as the depth or volume it means."""
     try:
-        worn = pin_on_disc_wear(run, DefaultUncertainty())
+        worn = worn_bodies(run, DefaultUncertainty())
     except FitError:
         return
-    for found in contradictions(worn):
+    for found in measured.contradictions(worn):
         unit, used = "um" if found.what == "depth" else "mm^3", _used(names_used(worn.bodies[found.body]))
         first, second = (getattr(way, found.what).shown(unit) for way in (found.one, found.other))
         apart = f", {found.deviation:.1f} standard uncertainties apart" if math.isfinite(found.deviation) else ""
@@ -274,7 +274,7 @@ def _used(names: Sequence[str]) -> str:
     return f"{first} is used for the depth and {others[0]} for the volume" if others else f"{first} is used"
 
 
-def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> Iterator[Trouble]:
+def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[TotalWear]]) -> Iterator[Trouble]:
     """Compare the depth h₁ + h₂ of the one flat that both discs share, by depths, volumes and track widths."""
     for (one, first), (other, second) in combinations(_total_depths(run, totals).items(), 2):
         gap, spread = abs(first.value - second.value), math.hypot(first.u_or_zero, second.u_or_zero)
@@ -288,7 +288,7 @@ def _totals_contradict(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[
             )
 
 
-def _total_depths(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[DiscEndWear]]) -> dict[str, Quantity]:
+def _total_depths(run: RawRun, totals: Callable[[RawRun, Recipe], Iterable[TotalWear]]) -> dict[str, Quantity]:
     """Return h₁ + h₂, m, by each kind of post-test measurement; a disc without any counts as unworn."""
     try:
         return {" and ".join(f"the {name}" for name in one.names): one.total for one in totals(run, Recipe())}

@@ -9,21 +9,16 @@ import numpy as np
 
 from tribopipe.base.errors import ContactError, FitError
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, show
-from tribopipe.contacts.twin_disc import nominal_pair
-from tribopipe.documents.contact import Contact, SlidingPin, Specimen, Tip
+from tribopipe.documents.contact import Contact, Specimen, Tip
 from tribopipe.documents.contact_kinds import spoken
-from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
-from tribopipe.documents.recipe import DefaultUncertainty, Recipe
+from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.checks.material_ranges import DENSEST_SOLID, LIGHTEST_SOLID, Expected, Range, expected_of
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import contact_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_wear, track_wear
-from tribopipe.evaluation.measurements.pin_tip import SCARS, PinTip
+from tribopipe.evaluation.measurements.kinds import Measurements, measurements_of
 from tribopipe.evaluation.measurements.specific_wear import CLEARLY
-from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
-from tribopipe.evaluation.measurements.twin_disc import disc_totals
-from tribopipe.evaluation.measurements.worn_pair import WIDTHS, surest
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun
 from tribopipe.physics.hertz import HARDNESS_UNIT, hertz_ellipse, hertz_radius
 from tribopipe.results.run import RawRun
@@ -33,21 +28,10 @@ _FAR_OFF = 10.0
 """Factor beyond its range from which a modulus is taken to be in a wrong unit."""
 _YIELDING = 0.6
 """Mean pressure over hardness: yield begins at 0.4, full plasticity at 1 (K. L. Johnson, Contact Mechanics, §6.3)."""
-_SAME = 0.01
+SAME = 0.01
 """Relative difference within which two lengths are one."""
-_NARROW, _WIDE = 0.6, 1.6
-"""A track is as wide as the scar of the pin that made it; half or twice as wide, one of both is a radius."""
-_LONGER = 1.05
-"""Length over width of a scar from which on they cannot be of one contact; debris can make a scar a little longer."""
-_ELASTIC = 0.05
-"""Fraction of the wear volume calculated from a scar that is due to elastic deformation and above which it is reported,
-if it exceeds the uncertainty of the volume."""
 _RING_WORN = 0.1
 """Wear depth of a ring over its radius from which on volumes calculated with a constant radius are wrong by 5 %."""
-_ROUND = 1.1
-"""Width over length of a scar from which on k_D is wrong by about a quarter if one is taken for the mean of both."""
-_UNEVEN = 1.3
-"""Largest over smallest reading of one scar, from which on it is named: by V ~ d⁴, nearly three times the volume."""
 _ARCHARD = (1e-11, 0.3)
 """Least and largest k·H that passes without a word: wide enough that a unit is wrong, rather than wear unusual."""
 _FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
@@ -116,14 +100,14 @@ def material_properties(run: RawRun) -> Iterator[Trouble]:
 
 
 def _is_ball(diameter: float) -> bool:
-    return any(abs(diameter / (ball * 1e-3) - 1) < _SAME for ball in _BALLS)
+    return any(abs(diameter / (ball * 1e-3) - 1) < SAME for ball in _BALLS)
 
 
 def _diameter_unless_radius(pin: Tip) -> Trouble | None:
     """Report a spherical tip whose radius is its stated diameter, or a radius usual only as the diameter of a ball."""
     radius, twice = pin.radius.value, 2 * pin.radius.value
     stated = None if pin.diameter is None else pin.diameter.value
-    if stated is not None and abs(radius / stated - 1) < _SAME:
+    if stated is not None and abs(radius / stated - 1) < SAME:
         found = f"a radius of {pin.radius.shown('mm')}, which is the diameter of the pin"
         return Trouble(
             "contact.pin.radius", f"found {found}; expected half the diameter for a ball", "enter half the diameter"
@@ -145,19 +129,20 @@ def radius_or_diameter(run: RawRun) -> Iterator[Trouble]:
     pin = run.manifest.pin
     if pin is None:
         return
-    if run.manifest.sliding_pin.usual_diameters:
-        trouble = _twice_or_half_the_usual(run.manifest.sliding_pin)
+    contact = run.manifest.described
+    if contact.usual_diameters:
+        trouble = _twice_or_half_the_usual(contact)
     else:
         trouble = _flat_wider_than_the_pin(pin) if pin.constant_area else _diameter_unless_radius(pin)
     if trouble is not None:
         yield trouble
 
 
-def _twice_or_half_the_usual(contact: SlidingPin) -> Trouble | None:
+def _twice_or_half_the_usual(contact: Contact) -> Trouble | None:
     """Report a ring or ball with twice or half the diameter of the standards; not a large ring of stated diameter."""
-    key, twice = str(contact.track_key), 2e3 * contact.pin.radius.value
+    key, twice = str(contact.track_key), 2e3 * contact.sliding_tip.radius.value
     _, body, size = key.split(".")
-    usual = (one for one in contact.usual_diameters if min(abs(twice / one - 2), abs(2 * twice / one - 1)) < _SAME)
+    usual = (one for one in contact.usual_diameters if min(abs(twice / one - 2), abs(2 * twice / one - 1)) < SAME)
     meant = next(usual, None)
     # A radius may have been stated as the diameter, and the radius follow from it.
     if meant is None or (size == "radius" and contact.counterbody.diameter is not None and twice > meant):
@@ -172,7 +157,7 @@ def _twice_or_half_the_usual(contact: SlidingPin) -> Trouble | None:
 
 
 def _flat_wider_than_the_pin(pin: Tip) -> Trouble | None:
-    if pin.diameter is None or 2 * pin.radius.value <= (1 + _SAME) * pin.diameter.value:
+    if pin.diameter is None or 2 * pin.radius.value <= (1 + SAME) * pin.diameter.value:
         return None
     return Trouble(
         "contact.pin.radius",
@@ -208,7 +193,7 @@ def _mean_pressure(run: RawRun) -> float | None:
     if run.manifest.pin is not None and run.manifest.pin.line:
         return math.sqrt(math.pi * load * modulus / (16 * run.manifest.pin.line * along))
     if across == along:
-        return load / (math.pi * _start_radius(contact, load, modulus) ** 2)
+        return load / (math.pi * start_radius(contact, load, modulus) ** 2)
     try:
         ellipse = hertz_ellipse(normal_load=load, radius_x=across, radius_z=along, modulus=modulus)
     except ContactError:
@@ -216,7 +201,7 @@ def _mean_pressure(run: RawRun) -> float | None:
     return ellipse.peak_pressure / 1.5
 
 
-def _start_radius(contact: Contact, load: float, modulus: float) -> float:
+def start_radius(contact: Contact, load: float, modulus: float) -> float:
     """Return the radius of a round contact at the start, m."""
     hertz = float(hertz_radius(normal_load=load, pin_radius=contact.unworn_radii[0], modulus=modulus))
     return max(hertz, contact.flat_end)
@@ -366,43 +351,40 @@ def implausible_wear(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     contact = run.manifest.contact
     if contact is None:
         return
-    with suppress(ContactError, FitError):  # a pin is no disc
-        yield from _wider_than_disc(run)
+    with suppress(ContactError, FitError):
+        yield from _wider_than_body(run, measurements_of(contact))
     with suppress(ContactError, FitError):
         for role, body in cleaned.wear.bodies.items():
             where = f"end_values of the {spoken(contact.body_name(role))}"
             if role == contact.tip_role and body.depth is not None:
-                yield from _worn_away(where, body.depth, run.manifest.sliding_pin)
+                yield from _worn_away(where, body.depth, contact)
             elif body.depth is not None and contact.tip is not None and contact.tip.line:
-                yield from _ring_worn(where, body.depth, run.manifest.sliding_pin)
+                yield from _ring_worn(where, body.depth, contact)
             if body.specific_wear_rate is not None:
                 yield from _beyond_archard(where, body.specific_wear_rate, contact.in_roles[role])
 
 
-def _wider_than_disc(run: RawRun) -> Iterator[Trouble]:
-    """Find discs worn so deep that the flat between them would be wider than one of them."""
-    discs = run.manifest.twin_disc
-    width = min((one.width.value for one in (discs.curved_disc, discs.flat_disc) if one.width), default=math.inf)
-    if not width < 2 * discs.curved_disc.crown_radius.value:
+def _wider_than_body(run: RawRun, measured: Measurements) -> Iterator[Trouble]:
+    """Find bodies worn so deep that the contact between them would be wider than one of them."""
+    limit = measured.widest(run)
+    if limit is None or measured.totals is None:
         return
-    pair = nominal_pair(run.manifest, Recipe().wear.distance_per_rotation)
-    most = float(pair.depth_of_width(np.array(width)))
-    for found in disc_totals(run, Recipe()):
-        if found.total.value > most + CLEARLY * found.total.u_or_zero:
+    for found in measured.totals(run, Recipe()):
+        if found.total.value > limit.total + CLEARLY * found.total.u_or_zero:
             yield Trouble(
                 "end_values",
                 f"found a total wear depth of {found.total.shown('um')} from {found.anchor}, at which the contact "
-                f"would be wider than the disc ({show(width, None, 'm', 'mm')}); expected at most "
-                f"{show(most, None, 'm', 'um')}",
+                f"would be wider than the disc ({show(limit.width, None, 'm', 'mm')}); expected at most "
+                f"{show(limit.total, None, 'm', 'um')}",
                 "check the units of the measurement and of the density, crown_radius and the width of the discs",
             )
 
 
-def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Trouble]:
+def _worn_away(where: str, depth: Quantity, contact: Contact) -> Iterator[Trouble]:
     """Find a flat pin worn by more than its radius, and a block with a scar wider than the radius of its ring."""
-    tip = PinTip.of(contact.pin)
+    tip = WornTip.of(contact.sliding_tip)
     name, radius = contact.worn_radius
-    flat = contact.pin.constant_area
+    flat = contact.sliding_tip.constant_area
     size = depth.value if flat else 2 * float(tip.scar_radius(min(depth.value, tip.radius), tip.radius))
     if not tip.widens and size > radius.value:
         what = "a wear depth" if flat else "a scar width"
@@ -413,7 +395,7 @@ def _worn_away(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Tro
         )
 
 
-def _ring_worn(where: str, depth: Quantity, contact: SlidingPin) -> Iterator[Trouble]:
+def _ring_worn(where: str, depth: Quantity, contact: Contact) -> Iterator[Trouble]:
     """Find a ring worn so deep that its radius is no longer about the one that everything is calculated with."""
     name, radius = contact.worn_radius
     if depth.value > _RING_WORN * radius.value:
@@ -437,258 +419,4 @@ def _beyond_archard(where: str, rate: Quantity, body: Specimen) -> Iterator[Trou
             f"found a dimensionless wear coefficient (wear rate times hardness) of {shown:.2g}; expected "
             f"{_ARCHARD[0]:g} to {_ARCHARD[1]:g}",
             "check the units of the measurement, of the load and of the sliding distance",
-        )
-
-
-@check("warning")
-def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
-    """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
-    pin, end = run.manifest.pin, run.manifest.end_values
-    if pin is None or pin.constant_area:
-        return
-    start = _start_width(run)
-    for name, scar in _scars(run):
-        if scar.value + 3 * scar.u_or_zero >= start:
-            continue
-        yield Trouble(
-            f"end_values.{name}",
-            f"found {scar.shown('um')}, smaller than the initial contact diameter of {show(start, None, 'm', 'um')}; "
-            "expected a larger scar",
-            "check that the value is a diameter, and check its unit, the load and the radius of the pin",
-        )
-    if pin.line:
-        yield from _scar_across(run, pin.line)
-        return
-    if end.pin_scar_diameter is not None and end.pin_scar_diameter.value:
-        yield from _track_beside(end.pin_scar_diameter, end)
-        yield from _groove_beside(end.pin_scar_diameter, run)
-    yield from _longer_than_wide(end)
-
-
-@check("warning")
-def profile_width(run: RawRun) -> Iterator[Trouble]:
-    """Find a groove in a profile far wider or narrower than a pin of this shape is in contact at its depth."""
-    pin = run.manifest.pin
-    if pin is None or not pin.widens or pin.line:
-        return
-    tip, worn, start = PinTip.of(run.manifest.sliding_pin.equivalent_pin), _pin_depth(run), _start_width(run)
-    for where, profile in run.single_profiles.items():
-        if not where.startswith("end_values.disc_profile") or reference_radius(run.manifest, where) is not None:
-            continue
-        with suppress(FitError):
-            track = worn_area(profile, None)
-            approach = track.depth.value + (worn or 0.0)
-            across = 2 * float(tip.on_track(tip.radius).half_width_at(min(approach, tip.radius)))
-            # Of a pin that was not measured, any part may be worn, which makes the groove wider.
-            too_wide = worn is not None and track.width.value > _WIDE * math.hypot(across, start)
-            if too_wide or track.width.value < _NARROW * across or approach > tip.radius:
-                yield Trouble(
-                    where,
-                    f"found a groove {track.width.shown('um')} wide and {track.depth.shown('um')} deep; expected a "
-                    f"width of about {show(across, None, 'm', 'um')}, the contact width of the pin at this depth",
-                    "check the units of position and height, that the height increases away from the specimen, and "
-                    "the radius of the pin",
-                )
-                return
-
-
-def _pin_depth(run: RawRun) -> float | None:
-    """Return the wear depth of the pin, m, by what was measured on it; None without a measurement."""
-    with suppress(ContactError, FitError):
-        way = surest(pin_wear(run, DefaultUncertainty()), "depth")
-        return None if way is None or way.depth is None else max(way.depth.value, 0.0)
-    return None
-
-
-@check("warning")
-def scar_not_round(run: RawRun) -> Iterator[Trouble]:
-    """Find one diameter of a scar that the groove made wider than long, from which the wear of the pin follows."""
-    scar = run.manifest.end_values.pin_scar_diameter
-    if scar is None:
-        return
-    try:
-        used = surest(pin_wear(run, DefaultUncertainty()), "volume")
-    except (ContactError, FitError):
-        return
-    if used is None or used.name != "pin_scar_diameter" or used.pair is None:
-        return
-    shape = used.pair.contact()
-    width, length = float(shape.half_width), float(shape.half_length)
-    both_ways = scar.readings and max(scar.readings) * length > min(scar.readings) * (width + length) / 2
-    if width > _ROUND * length > 0 and not both_ways:
-        yield Trouble(
-            "end_values.pin_scar_diameter",
-            f"found a single diameter, {scar.shown('um')}, although the groove makes the scar about "
-            f"{width / length:.2g} times as wide as it is long; expected length and width",
-            "enter pin_scar_length, along the sliding direction, and pin_scar_width; the diameter is assumed to be "
-            "their mean, so k_D is wrong if only one of them was measured",
-        )
-
-
-@check("warning")
-def uneven_scars(run: RawRun) -> Iterator[Trouble]:
-    """Find readings of a scar that differ as those of balls or places that carry unequal loads do."""
-    for name, scar in _scars(run):
-        low, high = min(scar.readings or (scar.value,)), max(scar.readings or (scar.value,))
-        if high > _UNEVEN * low > 0:
-            yield Trouble(
-                f"end_values.{name}",
-                f"found readings from {show(low, None, scar.unit, 'um')} to {show(high, None, scar.unit, 'um')}; "
-                f"expected the largest to be at most {_UNEVEN:.1f} times the smallest",
-                "check the alignment of the specimens: the load may be shared unequally",
-            )
-
-
-@check("warning")
-def stroke_within_scar(run: RawRun) -> Iterator[Trouble]:
-    """Find strokes shorter than the contact, as in fretting, where parts of both bodies never leave it."""
-    stroke, pin = run.manifest.conditions.stroke, run.manifest.pin
-    if stroke is None or pin is None:
-        return
-    sizes = [("the scar", scar.value) for name, scar in _scars(run) if name != "pin_scar_width"]
-    if not sizes:
-        sizes += [("the worn contact", length) for length in _contact_length(run)]
-    if not pin.line:
-        sizes.append(("the initial contact", _start_width(run)))
-    what, longest = max(sizes, key=lambda size: size[1], default=("", 0.0))
-    if stroke.value <= longest:
-        yield Trouble(
-            "conditions.stroke",
-            f"found a stroke of {stroke.shown('mm')}, not longer than {what} of {show(longest, None, 'm', 'mm')}; "
-            "expected a longer stroke: at this stroke, parts of both bodies never leave the contact (fretting)",
-            "check the units of both values; in fretting, report the wear volumes and do not predict depths from k_D",
-        )
-
-
-def _contact_length(run: RawRun) -> Iterator[float]:
-    """Yield the length of the contact along the sliding direction, m, by the surest measurement of pin or track."""
-    with suppress(FitError):
-        pin, track = (worn(run, DefaultUncertainty()) for worn in (pin_wear, track_wear))
-        way = surest(pin, "volume") or surest(track, "volume")
-        if way is not None and way.pair is not None:
-            yield 2 * float(way.pair.contact().half_length)
-
-
-def _scars(run: RawRun) -> Iterator[tuple[str, EndValue]]:
-    """Yield the measured sizes of the scar by their keys; none of a scar that is not there."""
-    for name in SCARS:
-        scar = getattr(run.manifest.end_values, name)
-        if scar is not None and scar.value:
-            yield name, scar
-
-
-def _start_width(run: RawRun) -> float:
-    """Return the width of the contact without wear, along the sliding direction in a line contact, m."""
-    contact, load = run.manifest.sliding_pin, contact_load(run, Recipe()).value
-    modulus = float(contact.reduced_modulus())
-    if contact.pin.line:
-        per_length = load / contact.pin.line
-        return 2 * math.sqrt(4 * per_length * contact.pin.radius.value / (math.pi * modulus))
-    return 2 * _start_radius(contact, load, modulus)
-
-
-@check("warning")
-def elastic_scar(run: RawRun) -> Iterator[Trouble]:
-    """Find a scar or track not much wider than the unworn contact: elastic deformation is counted as its wear.
-
-    A contact of radius a rubs its scar while the bodies are deflected. Under Hertz's pressure with the radius a_H
-    without wear, (a_H/a)³ of the calculated wear volume is due to elastic deformation; local wear gives the same within
-    4 % of that volume from a = 1.3·a_H on. In a line contact, it is (a_H/a)². A scar that may be as wide as the unworn
-    contact may be no wear at all, and a track is worn no deeper than its pin.
-    """
-    pin = run.manifest.pin
-    if pin is None or not (pin.line or pin.shape == "spherical"):
-        return
-    start, power = _start_width(run), 2 if pin.line else 3
-    # By V ~ a⁴ + 2a*³a − 3a*⁴ of the GIWM at the depth a²/2R, with a*³ = 4/3·a_H³.
-    by_giwm = not pin.line and "depth" in run.columns
-    fitted = ", and k_D from a GIWM fit to the depth signal by several times this fraction" if by_giwm else ""
-    for name, size, what in (*_rubbed(run, start), *_track_by_width(run)):
-        share = min((start / size.value) ** power, 1.0)
-        if share <= max(_ELASTIC, (power + 1) * size.u_or_zero / size.value):
-            continue
-        part = "all" if share == 1 else f"about {100 * share:.0f} %"
-        yield Trouble(
-            f"end_values.{name}",
-            f"found {size.shown('um')}, but the unworn elastic contact is {show(start, None, 'm', 'um')} wide: "
-            f"{part} of the wear volume calculated from the {what} is due to elastic deformation; expected "
-            f"a {what} at least {_ELASTIC ** (-1 / power):.1f} times as wide as the unworn contact",
-            f"volume and k_D are too large by about this fraction{fitted}; enter a profile or a wear depth instead, or "
-            "run a longer test",
-        )
-
-
-def _rubbed(run: RawRun, start: float) -> Iterator[tuple[str, EndValue, str]]:
-    """Yield the sizes of the scar, unless they are smaller than any contact can be, m."""
-    for name, scar in _scars(run):
-        if scar.value + 3 * scar.u_or_zero >= start:
-            yield name, scar, "scar"
-
-
-def _track_by_width(run: RawRun) -> Iterator[tuple[str, EndValue, str]]:
-    """Yield the width of the track if its volume follows from it alone."""
-    width = run.manifest.end_values.disc_track_width
-    with suppress(ContactError, FitError):
-        way = surest(track_wear(run, DefaultUncertainty()), "volume")
-        if width is not None and width.value and way is not None and way.name == "disc_track_width":
-            yield "disc_track_width", width, "track"
-
-
-def _scar_across(run: RawRun, contact_length: float) -> Iterator[Trouble]:
-    """Find the size of a scar on a block that is that of the block, across the sliding direction."""
-    for name, scar in _scars(run):
-        if abs(scar.value / contact_length - 1) < _SAME:
-            yield Trouble(
-                f"end_values.{name}",
-                f"found {scar.shown('mm')}, the length of the contact across the sliding direction; expected the size "
-                "of the scar along the sliding direction",
-                "enter the size along the sliding direction; keep the value if the two sizes happen to be equal",
-            )
-
-
-def _longer_than_wide(end: EndValues) -> Iterator[Trouble]:
-    """Find a scar longer than it, or its track, is wide: a groove makes a scar wider, never narrower."""
-    length, default = end.pin_scar_length, DefaultUncertainty().track_width.value
-    for name in WIDTHS:
-        width = getattr(end, name)
-        if length is None or width is None:
-            continue
-        spread = math.hypot(*(one.standard_uncertainty or default for one in (length, width)))
-        if length.value > max(_LONGER * width.value, width.value + 3 * spread):
-            yield Trouble(
-                f"end_values.pin_scar_length, end_values.{name}",
-                f"found a length of {length.shown('um')} and a width of {width.shown('um')}; expected a width no "
-                "smaller than the length, since a groove makes the scar wider than it is long",
-                "check that the length is measured along the sliding direction and the width across it, and that "
-                "neither value is a half-length or half-width",
-            )
-
-
-def _track_beside(scar: EndValue, end: EndValues) -> Iterator[Trouble]:
-    width = end.disc_track_width
-    if width is not None and not _NARROW <= width.value / scar.value <= _WIDE:
-        yield Trouble(
-            "end_values.pin_scar_diameter, end_values.disc_track_width",
-            f"found a scar {scar.shown('um')} wide and a track {width.shown('um')} wide; expected about the same width",
-            "check that the diameter of the scar is given, not its radius, and check the units of both values",
-        )
-
-
-def _groove_beside(scar: EndValue, run: RawRun) -> Iterator[Trouble]:
-    """Find a groove that the unworn pin would touch over more than the scar is wide."""
-    try:
-        ways = track_wear(run, DefaultUncertainty())
-    except FitError:
-        return
-    groove = surest([way for way in ways if way.name not in WIDTHS], "depth")
-    if groove is None or groove.depth is None or groove.depth.value <= 0:
-        return
-    tip = PinTip.of(run.manifest.sliding_pin.equivalent_pin)
-    width = 2 * float(tip.on_track(tip.radius).half_width_at(groove.depth.value))
-    if width > _WIDE * scar.value:
-        yield Trouble(
-            f"end_values.pin_scar_diameter, end_values.{groove.name}",
-            f"found a scar {scar.shown('um')} wide and a groove {groove.depth.shown('um')} deep, in which the pin "
-            f"has a contact width of at least {show(width, None, 'm', 'um')}; expected about the same width",
-            "check that the diameter of the scar is given, not its radius, and check the units of both values",
         )

@@ -16,7 +16,7 @@ from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import load_path
-from tribopipe.evaluation.measurements.pin_on_disc import end_wear
+from tribopipe.evaluation.measurements.kinds import end_wear
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
 from tribopipe.evaluation.stroke_friction import stroke_friction
@@ -657,7 +657,7 @@ def _misread_size(run: RawRun, rise: float) -> str:
     scar = end.pin_scar_diameter
     if scar is None or pin is None or pin.constant_area:
         return ""
-    contact = run.manifest.sliding_pin
+    contact = run.manifest.described
     twice = scar.model_copy(update={"value": 2 * scar.value})
     halved = pin.radius.model_copy(update={"value": pin.radius.value / 2})
     resized = contact.resized(halved)

@@ -15,32 +15,28 @@ import numpy as np
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.measurements.pin_tip import known_density, volume_lost
+from tribopipe.evaluation.measurements.body_wear import BodyWear, Pair, surest
 from tribopipe.evaluation.measurements.readings import (
-    FEWEST_PLACES,
-    EndValueUsed,
-    certain,
-    combined,
-    differences_at,
-    over_places,
-    profiles_at,
-    tracks_in,
-    volume_of_mass,
-)
-from tribopipe.evaluation.measurements.track_profile import Track
-from tribopipe.evaluation.measurements.worn_pair import (
     APPROACHES,
     AREA,
     BY_SIGNAL,
     DISC_DIFFERENCE,
-    UNKNOWN_ENDS,
-    UNKNOWN_SHARE,
+    FEWEST_PLACES,
     VOLUMES,
     WIDTHS,
-    BodyWear,
-    WornPair,
-    surest,
+    EndValueUsed,
+    certain,
+    combined,
+    differences_at,
+    known_density,
+    over_places,
+    profiles_at,
+    tracks_in,
+    volume_lost,
+    volume_of_mass,
 )
+from tribopipe.evaluation.measurements.track_profile import Track
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_ENDS, UNKNOWN_SHARE, WornPair
 from tribopipe.results.run import RawRun
 
 _SECTION_DIFFERENCE = "disc_profile_difference"
@@ -156,7 +152,8 @@ def disc_notes(
             if lacking
             else "the wear volume of the disc cannot be determined from the depth or width of the wear track alone"
         )
-    if any(way.hides_groove for way in ways) and surest(ways, "depth") is None and run.manifest.sliding_pin.pin.widens:
+    widens = run.manifest.described.sliding_tip.widens
+    if any(way.hides_groove for way in ways) and surest(ways, "depth") is None and widens:
         yield (
             "track_radius or stroke is missing, so the depth of the wear track is not calculated; wear depth and "
             "volume of the pin are those on an unworn disc, unless they were measured directly"
@@ -166,7 +163,7 @@ def disc_notes(
     if best is not None and conditions.stroke is not None and best.name not in VOLUMES:
         yield f"{best.name} is assumed to have been measured at mid-stroke"
     for way in ways:
-        if way.name in WIDTHS and way.depth is None and run.manifest.sliding_pin.pin.widens:
+        if way.name in WIDTHS and way.depth is None and widens:
             yield f"{way.name} does not exceed the scar on the pin, so the depth of the wear track cannot be calculated"
     if 0 < len(end.disc_profile) < FEWEST_PLACES:
         yield (
@@ -175,7 +172,7 @@ def disc_notes(
         )
 
 
-def _assumed(pair: WornPair, pin_depth: Quantity | None) -> Iterator[str]:
+def _assumed(pair: Pair, pin_depth: Quantity | None) -> Iterator[str]:
     """Report what the volume of a track follows from."""
     if pair.pin is UNKNOWN_SHARE:
         yield (

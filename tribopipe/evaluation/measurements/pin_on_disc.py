@@ -3,94 +3,29 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
-from numpy.typing import ArrayLike
-
-from tribopipe.base.arrays import Column
 from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
+from tribopipe.evaluation.measurements.body_wear import BodyWear, WornBodies, surest
 from tribopipe.evaluation.measurements.disc_track import disc_notes, disc_readings, disc_wear
-from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip, pin_notes, pin_values, tip_radius
-from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths, combined
-from tribopipe.evaluation.measurements.worn_pair import (
+from tribopipe.evaluation.measurements.end_wear import EndWear, with_uncertainty
+from tribopipe.evaluation.measurements.pin_tip import pin_notes, pin_values
+from tribopipe.evaluation.measurements.readings import (
     APPROACHES,
     BY_SIGNAL,
-    UNKNOWN_SHARE,
     VOLUMES,
     WIDTHS,
-    BodyWear,
-    SlidingPath,
-    WornBodies,
-    WornPair,
-    surest,
+    EndValueUsed,
+    SignalDepths,
+    combined,
 )
+from tribopipe.evaluation.measurements.worn_pair import UNKNOWN_SHARE, SlidingPath, WornPair
+from tribopipe.evaluation.measurements.worn_tip import WornTip, tip_radius
 from tribopipe.results.run import RawRun
 
 _CLEARLY = 3.0
 """Standard uncertainties from which on two widths show a groove."""
-
-
-@dataclass(frozen=True)
-class EndWear:
-    """Wear of the run at its end, by what was measured on the specimens."""
-
-    pin: EndValueUsed
-    disc: EndValueUsed | None
-    tip: PinTip
-
-    @cached_property
-    def pin_depth(self) -> Quantity:
-        """Wear depth of the pin, m: as measured, or as it follows from a scar, a volume, a mass or a profile.
-
-        Its uncertainty is that of the post-test measurement alone; the tip radius is a separate input of k_D.
-        """
-        return combined(lambda value: float(self.pin_depth_of(value, self.tip.radius)), (self.pin.quantity,), "m")
-
-    def pin_depth_of(self, end_value: ArrayLike, pin_radius: ArrayLike) -> Column:
-        """Return the pin's wear depth, m, were post-test measurement and tip radius these."""
-        return self.tip.depth(self.pin, end_value, pin_radius)
-
-    def grown(self, depth: float) -> "EndWear":
-        """Return the post-test measurements of a pin worn to another depth, m; the disc's in proportion.
-
-        They are as uncertain as they are, but for a volume, which is as uncertain relative to itself.
-        """
-        disc = self.disc
-        if disc is not None:
-            disc = _with_value(disc, disc.quantity.value * depth / self.pin_depth.value)
-        pin = _with_value(self.pin, self.tip.value(self.pin, depth))
-        if pin.name == "pin_wear_volume" and self.pin.quantity.value:
-            spread = self.pin.quantity.u_or_zero
-            pin = _with_uncertainty(pin, spread * pin.quantity.value / self.pin.quantity.value)
-        return replace(self, pin=pin, disc=disc)
-
-    @property
-    def by_volume(self) -> bool:
-        """Whether a volume or a mass of the pin was measured, which a groove next to it does not change."""
-        return self.pin.name in PIN_VOLUMES
-
-    @property
-    def total(self) -> Quantity:
-        """Wear of pin and disc together, m: what a displacement sensor has seen."""
-        if self.disc is None:
-            return self.pin_depth
-        return combined(lambda pin, disc: pin + disc, (self.pin_depth, self.disc.quantity), "m")
-
-    @property
-    def groove_by_signal(self) -> bool:
-        """Whether the depth signal alone shows the wear of the disc."""
-        return self.disc is not None and self.disc.name == BY_SIGNAL
-
-    @property
-    def anchor(self) -> str:
-        """Names of the post-test measurements used."""
-        return " + ".join(used.name for used in (self.pin, self.disc) if used is not None)
-
-
-def _with_value(used: EndValueUsed, value: float) -> EndValueUsed:
-    return replace(used, quantity=used.quantity.model_copy(update={"value": value}))
 
 
 def end_wear(
@@ -119,7 +54,7 @@ def groove_alone(run: RawRun, defaults: DefaultUncertainty) -> EndValueUsed | No
     return None if found.pins else found.groove
 
 
-def beside_unseen_groove(end: EndWear, share: float, *, by_sensor: bool) -> float:
+def beside_unseen_groove(end: EndWear, share: float, by_sensor: bool) -> float:
     """Return the volume of a pin with a groove that was not measured, over that on a disc that does not wear.
 
     Parameters
@@ -172,16 +107,6 @@ def pin_on_disc_wear(
     return WornBodies({"pin": pins, "disc": found.disc}, notes)
 
 
-def pin_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[BodyWear, ...]:
-    """Return the wear of the pin at the end of a run by each post-test measurement."""
-    return pin_on_disc_wear(run, defaults).bodies["pin"]
-
-
-def track_wear(run: RawRun, defaults: DefaultUncertainty) -> tuple[BodyWear, ...]:
-    """Return the wear of the track at the end of a run by each post-test measurement."""
-    return pin_on_disc_wear(run, defaults).bodies["disc"]
-
-
 _NO_TRACK = EndValueUsed("disc_wear_depth", Quantity(value=0.0, unit="m"), "default")
 """Disc without a measurement: the wear of the pin is that on a track that does not wear."""
 
@@ -207,7 +132,7 @@ class _Found:
         signal: SignalDepths | None = None,
     ) -> "_Found":
         signal = signal or SignalDepths()
-        tip, path = PinTip.of(run.manifest.sliding_pin.equivalent_pin), SlidingPath.of(run, defaults)
+        tip, path = WornTip.of(run.manifest.described.equivalent_pin), SlidingPath.of(run, defaults)
         pins = tuple(pin_values(run, where, end, defaults))
         readings = [*disc_readings(run, where, end, defaults), *(pin for pin in pins if pin.name == "pin_scar_width")]
         if tip.widens and all(pin.name in WIDTHS and pin.quantity.value for pin in pins):
@@ -251,7 +176,7 @@ class _Found:
             return pin
         shape = self.taken_with_track(pin).contact()
         along = float(shape.half_width - shape.half_length) / math.sqrt(24)
-        return _with_uncertainty(pin, math.hypot(pin.quantity.u_or_zero, along))
+        return with_uncertainty(pin, math.hypot(pin.quantity.u_or_zero, along))
 
     def taken_with_track(self, pin: EndValueUsed) -> WornPair:
         """Return a reading of the pin with the best one of the track."""
@@ -292,7 +217,7 @@ class _Found:
         if not alone:
             return pin
         wider = max(1.0, depth.u_or_zero / alone)
-        return _with_uncertainty(pin, wider * pin.quantity.u_or_zero)
+        return with_uncertainty(pin, wider * pin.quantity.u_or_zero)
 
 
 def _if_shown(way: BodyWear) -> BodyWear:
@@ -335,10 +260,6 @@ def _on_unworn_track(pair: WornPair, pin: EndValueUsed, unseen_groove: float) ->
     )
 
 
-def _with_uncertainty(used: EndValueUsed, spread: float) -> EndValueUsed:
-    return replace(used, quantity=used.quantity.model_copy(update={"standard_uncertainty": spread}))
-
-
-def _rank(pin: EndValueUsed, tip: PinTip) -> tuple[bool, float]:
+def _rank(pin: EndValueUsed, tip: WornTip) -> tuple[bool, float]:
     """Return what a reading of the pin is chosen by: the uncertainty of its depth, a width of the scar last."""
     return pin.name in WIDTHS, EndWear(pin, None, tip).pin_depth.u_or_zero

@@ -12,6 +12,7 @@ import numpy as np
 
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import EndValue, Quantity, of_readings
+from tribopipe.documents.recipe import DefaultUncertainty
 from tribopipe.evaluation.measurements.height_map import FEWEST_LINES, maps_of
 from tribopipe.evaluation.measurements.map_difference import MapDifference, map_difference
 from tribopipe.evaluation.measurements.track_profile import Track, worn_area
@@ -65,10 +66,24 @@ PinWay = Literal[
     "pin_mass_loss",
     "pin_profile",
 ]
+SCARS = ("pin_scar_diameter", "pin_scar_length", "pin_scar_width")
+PIN_MAP = "pin_height_map"
+"""Volume by a height map of the tip."""
+PIN_DIFFERENCE = "pin_height_map_difference"
+"""Volume by height maps of the tip before and after the test."""
+PIN_VOLUMES = ("pin_wear_volume", "pin_mass_loss", PIN_MAP, PIN_DIFFERENCE)
+DISC_DIFFERENCE = "disc_height_map_difference"
+"""Volume by height maps of the whole track before and after the test."""
+VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss", DISC_DIFFERENCE)
+AREA = "disc_track_area"
+"""Cross-section of a track, which gives its volume but not its depth."""
+WIDTHS = ("disc_track_width", "pin_scar_width")
+BY_SIGNAL = "depth_signal"
+"""Wear depth of both bodies by the depth signal of the test, m."""
+APPROACHES = (*WIDTHS, BY_SIGNAL)
+"""Readings that show the wear depth of both bodies together, but not what share of it each has."""
 FEWEST_PLACES = 4
 """Places along a track at which it should be measured (ASTM G99)."""
-
-
 A_MAP = 20
 """Profiles of one specimen that no one takes singly."""
 
@@ -96,6 +111,19 @@ def certain(value: EndValue, default: float) -> tuple[Quantity, Source]:
 def volume_of_mass(mass: Quantity, density: Quantity) -> Quantity:
     """Return the volume m/ρ of a mass, m³."""
     return combined(lambda m, rho: m / rho, (mass, density), "m^3")
+
+
+def known_density(run: RawRun, body: str, key: str, defaults: DefaultUncertainty) -> Quantity:
+    """Return the density of a body. Raises ``FitError`` where run.toml does not state it."""
+    contact = run.manifest.described
+    density, name = contact.in_roles[body].density, contact.body_name(body)
+    if density is None:
+        raise FitError(
+            f"{run.id}: {key}: found a mass loss of the {body} without a density; expected contact.{name}.density, "
+            'which converts it to a wear volume; add this key, such as density = "3.21 g/cm^3"'
+        )
+    known, _ = stated_or_default(density, defaults.density * density.value)
+    return known
 
 
 def profiles_at(run: RawRun, key: str) -> dict[str, Profile]:
@@ -159,3 +187,11 @@ def over_places(found: Sequence[Quantity]) -> Quantity:
     shared = len(values) / effective_samples(np.asarray(values)) if len(values) >= A_MAP else 1.0
     spread = math.sqrt(shared) * math.hypot(scatter or 0.0, own)
     return Quantity(value=value, unit=found[0].unit, standard_uncertainty=spread)
+
+
+def volume_lost(run: RawRun, key: str, differences: Sequence[MapDifference]) -> Quantity:
+    """Return the volume lost by differences of height maps, m³. Raises ``FitError``, naming the key."""
+    try:
+        return over_places([one.volume() for one in differences])
+    except FitError as error:
+        raise FitError(f"{run.id}: {key}: {error}") from None

@@ -77,7 +77,7 @@ def distance_share(run: RawRun, defaults: DefaultUncertainty) -> float | None:
     slip = run.manifest.slip_with(defaults.slip)
     if run.origins.get("sliding_distance") != "derived from nominal slip" or slip is None or not slip.value:
         return None
-    speed, radius = run.manifest.conditions.curved_disc_speed, run.manifest.twin_disc.curved_disc.rolling_radius
+    speed, radius = run.manifest.conditions.curved_disc_speed, run.manifest.described.rolling_radii[0]
     rolled = stated_or_default(radius, defaults.rolling_radius * radius.value)
     if run.origins.get("rotations") == "derived from nominal speed" and speed is not None:
         rolled = stated_or_default(speed, defaults.sliding_speed * speed.value)

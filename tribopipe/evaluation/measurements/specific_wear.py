@@ -26,10 +26,10 @@ from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.quantity import Quantity, scaled
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.evaluation.load_and_friction import contact_load, load_path, load_share
-from tribopipe.evaluation.measurements.kinds import measurements_of
+from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
+from tribopipe.evaluation.measurements.kinds import measurements_of, worn_bodies
 from tribopipe.evaluation.measurements.readings import SignalDepths, combined
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.results.finding import reworded
 from tribopipe.results.input_quantities import stated_or_default
 from tribopipe.results.run import RawRun
@@ -129,7 +129,7 @@ def _distance_at(run: RawRun, stop: int) -> float:
 
 def _volumes(run: RawRun, defaults: DefaultUncertainty, body: str, stop: int | None) -> dict[str, Quantity]:
     """Return the volume of a body by each way of measuring at an interruption, or at the end."""
-    ways = measurements_of(run.manifest.described).worn(run, defaults, stop, SignalDepths()).bodies[body]
+    ways = worn_bodies(run, defaults, stop).bodies[body]
     return {way.name: way.volume for way in ways if way.volume is not None}
 
 

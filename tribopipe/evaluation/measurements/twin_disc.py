@@ -3,8 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -14,55 +13,24 @@ from tribopipe.documents.manifest import EndValues
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import DefaultUncertainty, Recipe
 from tribopipe.documents.twin_disc import DISCS, DiscName, TwinDisc
-from tribopipe.evaluation.measurements.pin_tip import known_density
-from tribopipe.evaluation.measurements.readings import certain, over_places, profiles_at, tracks_in, volume_of_mass
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, WornBodies, surest
+from tribopipe.evaluation.measurements.body_wear import BodyMeasurement, BodyWear, MeasuredQuantity, WornBodies, surest
+from tribopipe.evaluation.measurements.end_wear import TotalLimit, TotalWear
+from tribopipe.evaluation.measurements.readings import (
+    certain,
+    known_density,
+    over_places,
+    profiles_at,
+    tracks_in,
+    volume_of_mass,
+)
 from tribopipe.physics.twin_disc import DiscPair
 from tribopipe.results.input_quantities import Source, stated_or_default
 from tribopipe.results.run import RawRun
 
-Measured = Literal["wear_volume", "wear_depth", "track_width"]
 
-
-@dataclass(frozen=True)
-class DiscMeasurement:
-    """One thing measured on one disc, after so many rotations of the crowned one."""
-
-    disc: DiscName
-    what: Measured
-    rotations: float
-    quantity: Quantity
-    source: Source
-    interruption: int | None = None
-    """Number of the interruption it was measured in; None for the end."""
-    by: str = ""
-    """What a wear volume was calculated from, such as "mass_loss"; empty if it was measured itself."""
-
-    @property
-    def name(self) -> str:
-        """Name of this input."""
-        behind = "" if self.interruption is None else f"_at_interruption_{self.interruption + 1}"
-        return f"{self.disc}_{self.what}{behind}"
-
-
-@dataclass(frozen=True)
-class DiscEndWear:
-    """Wear of both discs together at the end of a run."""
-
-    total: Quantity
-    """h₁ + h₂, m: what a displacement sensor has seen."""
-    names: tuple[str, ...]
-    """Names of the post-test measurements it was taken from, that of the crowned disc first."""
-
-    @property
-    def anchor(self) -> str:
-        """Names of the post-test measurements used."""
-        return " + ".join(self.names)
-
-
-def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[DiscMeasurement, ...]:
+def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[BodyMeasurement, ...]:
     """Return everything measured on the discs of a run, in the order of the test, the end last."""
-    found: list[DiscMeasurement] = []
+    found: list[BodyMeasurement] = []
     for number, stop in enumerate(run.manifest.interruptions):
         found += _measured(run, stop, stop.place, defaults, number)
     end = float(np.nanmax(run.columns["rotations"]))
@@ -71,19 +39,19 @@ def disc_measurements(run: RawRun, defaults: DefaultUncertainty) -> tuple[DiscMe
 
 def _measured(
     run: RawRun, values: EndValues, rotations: float, defaults: DefaultUncertainty, number: int | None
-) -> Iterator[DiscMeasurement]:
+) -> Iterator[BodyMeasurement]:
     for disc in DISCS:
-        for what in get_args(Measured):
+        for what in get_args(MeasuredQuantity):
             stated, by = getattr(values, f"{disc}_{what}"), ""
             if stated is None and what == "wear_volume":
                 stated, by = _profiled_volume(run, disc, defaults, number), "profile"
             if stated is None and what == "wear_volume":
                 stated, by = _weighed_volume(run, disc, values, defaults), "mass_loss"
             if stated is not None:
-                yield DiscMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number, by)
+                yield BodyMeasurement(disc, what, rotations, *_certain(stated, what, defaults), number, by)
 
 
-def _certain(stated: Quantity, what: Measured, defaults: DefaultUncertainty) -> tuple[Quantity, Source]:
+def _certain(stated: Quantity, what: MeasuredQuantity, defaults: DefaultUncertainty) -> tuple[Quantity, Source]:
     spread = {
         "wear_volume": defaults.wear_volume * abs(stated.value),
         "wear_depth": defaults.wear_depth.value,
@@ -99,7 +67,7 @@ def _profiled_volume(run: RawRun, disc: DiscName, defaults: DefaultUncertainty, 
     Its uncertainty is that of the profile and of the crown radius that the unworn surface is drawn with.
     """
     where = "end_values" if number is None else f"interruptions[{number}]"
-    discs = run.manifest.twin_disc
+    discs = TwinDisc.of(run.manifest.described, run.id)
     crown = discs.curved_disc.crown_radius if disc == "curved_disc" else None
     body = discs.flat_disc if crown is None else discs.curved_disc
     found = tracks_in(run, profiles_at(run, f"{where}.{disc}_profile"), None if crown is None else crown.value)
@@ -134,7 +102,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
         if one.interruption == interruption:
             depth = one.quantity if one.what == "wear_depth" else None
             volume = one.quantity if one.what == "wear_volume" else None
-            worn[one.disc] = (*worn[one.disc], BodyWear(f"{one.disc}_{one.by or one.what}", one.source, depth, volume))
+            worn[one.body] = (*worn[one.body], BodyWear(f"{one.body}_{one.by or one.what}", one.source, depth, volume))
     notes = (
         f"no wear volume of the {spoken(name)} was measured"
         for name, ways in worn.items()
@@ -143,7 +111,7 @@ def twin_disc_wear(run: RawRun, defaults: DefaultUncertainty, interruption: int 
     return WornBodies(worn, tuple(notes))
 
 
-def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
+def disc_end_wear(run: RawRun, recipe: Recipe) -> TotalWear | None:
     """Return the wear of both discs at the end of a run, by the most certain of what was measured; none without any.
 
     A disc on which nothing was measured counts as unworn, but for the crowned one.
@@ -152,7 +120,7 @@ def disc_end_wear(run: RawRun, recipe: Recipe) -> DiscEndWear | None:
     return min(found, key=lambda wear: wear.total.u_or_zero, default=None)
 
 
-def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
+def disc_totals(run: RawRun, recipe: Recipe) -> list[TotalWear]:
     """Return the wear of both discs at the end of a run by each kind of measurement that all measured discs have.
 
     Depths add up. Volumes give the cross-section lost by both, and a track its width, of which the depth follows by the
@@ -160,23 +128,33 @@ def disc_totals(run: RawRun, recipe: Recipe) -> list[DiscEndWear]:
     """
     everything = disc_measurements(run, recipe.uncertainty)
     ends = {one.name: one for one in everything if one.interruption is None}
-    measured_on = {one.disc for one in everything}
+    measured_on = {one.body for one in everything}
     groups = [[one] for one in ends.values() if one.what == "track_width"]
     for what in ("wear_depth", "wear_volume"):
         names = [f"{disc}_{what}" for disc in DISCS if disc in measured_on]
         if names and all(name in ends for name in names):
             groups.append([ends[name] for name in names])
     discs = nominal_pair(run.manifest, recipe.wear.distance_per_rotation)
-    return [_total(group, discs, run.manifest.twin_disc) for group in groups]
+    return [_total(group, discs, TwinDisc.of(run.manifest.described, run.id)) for group in groups]
 
 
-def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) -> DiscEndWear:
+def widest_contact(run: RawRun) -> TotalLimit | None:
+    """Return the wear at which the flat between two discs is as wide as the narrower one; None without their widths."""
+    discs = TwinDisc.of(run.manifest.described, run.id)
+    width = min((one.width.value for one in (discs.curved_disc, discs.flat_disc) if one.width), default=math.inf)
+    if not width < 2 * discs.curved_disc.crown_radius.value:
+        return None
+    pair = nominal_pair(run.manifest, Recipe().wear.distance_per_rotation)
+    return TotalLimit(width, float(pair.depth_of_width(np.array(width))))
+
+
+def _total(measured: list[BodyMeasurement], discs: DiscPair, contact: TwinDisc) -> TotalWear:
     """Return h₁ + h₂ by measurements of one kind; its uncertainty is theirs, by first-order propagation."""
     around = {
         "curved_disc": 2 * math.pi * contact.curved_disc.rolling_radius.value,
         "flat_disc": 2 * math.pi * contact.flat_disc.rolling_radius.value,
     }
-    scales = [1 / around[one.disc] if one.what == "wear_volume" else 1.0 for one in measured]
+    scales = [1 / around[one.body] if one.what == "wear_volume" else 1.0 for one in measured]
     value = sum(one.quantity.value * scale for one, scale in zip(measured, scales, strict=True))
     spread = math.hypot(*(one.quantity.u_or_zero * scale for one, scale in zip(measured, scales, strict=True)))
     turned = {"wear_depth": lambda x: x, "wear_volume": discs.depth_of_area, "track_width": discs.depth_of_width}[
@@ -184,4 +162,4 @@ def _total(measured: list[DiscMeasurement], discs: DiscPair, contact: TwinDisc) 
     ]
     low, middle, high = (float(turned(max(0.0, value + step))) for step in (-spread, 0.0, spread))
     total = Quantity(value=middle, unit="m", standard_uncertainty=(high - low) / 2)
-    return DiscEndWear(total, tuple(one.name for one in measured))
+    return TotalWear(total, tuple(one.name for one in measured))

@@ -5,7 +5,7 @@ contradict each other are found with what they have in common counted once.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import combinations
@@ -15,22 +15,23 @@ import numpy as np
 
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import DefaultUncertainty
-from tribopipe.evaluation.measurements.pin_tip import PIN_VOLUMES, PinTip
-from tribopipe.evaluation.measurements.readings import EndValueUsed, combined
+from tribopipe.evaluation.measurements.body_wear import BodyWear, Contradiction, WornBodies
+from tribopipe.evaluation.measurements.readings import (
+    APPROACHES,
+    AREA,
+    BY_SIGNAL,
+    VOLUMES,
+    WIDTHS,
+    EndValueUsed,
+    combined,
+)
 from tribopipe.evaluation.measurements.sliding_distance import path_length
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.physics.geometry import circle_volume
 from tribopipe.physics.pin_on_track import SHAPE_LEAST, SHAPE_MOST, OnTrack, WornContact, power_root
 from tribopipe.physics.stroke_ends import EXTENSION_UNCERTAINTY, Stroke
-from tribopipe.results.input_quantities import Source
 from tribopipe.results.run import RawRun
 
-BY_SIGNAL = "depth_signal"
-"""Wear depth of both bodies by the depth signal of the test, m."""
-WIDTHS = ("disc_track_width", "pin_scar_width")
-APPROACHES = (*WIDTHS, BY_SIGNAL)
-"""Readings that show the wear depth of both bodies together, but not what share of it each has."""
-AREA = "disc_track_area"
-"""Cross-section of a track, which gives its volume but not its depth."""
 UNKNOWN_SHARE = EndValueUsed(
     "pin_share", Quantity(value=0.5, unit="1", standard_uncertainty=1 / math.sqrt(12)), "default"
 )
@@ -47,9 +48,6 @@ _SHORTEST = 0.5
 _TURNS = 8
 _WORN_TIP = 0.5
 """Share of the depth of half a sphere by which a tip may be worn where it is unknown."""
-DISC_DIFFERENCE = "disc_height_map_difference"
-"""Volume by height maps of the whole track before and after the test."""
-VOLUMES = (*PIN_VOLUMES, "disc_wear_volume", "disc_mass_loss", DISC_DIFFERENCE)
 Wear = Literal["pin_depth", "disc_depth", "pin_volume", "disc_volume"]
 
 
@@ -69,7 +67,7 @@ class SlidingPath:
         length = path_length(run.manifest, defaults)
         if length is None or conditions.stroke is None:
             return None if length is None else cls(length)
-        return cls(length, float(run.manifest.sliding_pin.reduced_modulus()) / conditions.normal_load.value)
+        return cls(length, float(run.manifest.described.reduced_modulus()) / conditions.normal_load.value)
 
     @property
     def there_and_back(self) -> bool:
@@ -90,7 +88,7 @@ class SlidingPath:
 class WornPair:
     """A reading on the pin and one on the track, or two on one of them."""
 
-    tip: PinTip
+    tip: WornTip
     radius: Quantity
     """Radius of the tip, m."""
     path: SlidingPath | None
@@ -157,7 +155,7 @@ def _solved(pair: WornPair, given: tuple[tuple[str, float], ...]) -> _Worn:
     h_p, h_d = solver.depths()
     worn = solver.within_tip(max(h_p, 0.0), abs(h_d))
     # What a flat pin has gained is no wear that the groove shapes.
-    alone = pair.tip.shape == "flat" and h_p < 0
+    alone = pair.tip.constant_area and h_p < 0
     lost = pair.tip.volume(-h_p, values["radius"]) if alone else solver.within_tip(abs(h_p), abs(h_d)).pin_volume
     return _Worn((h_p, h_d), worn, float(lost), solver.volume(worn) if "path" in values else math.nan)
 
@@ -342,67 +340,6 @@ _ROUNDING = 1e-6
 """Share of a depth or volume that readings stated as exact may differ by."""
 
 
-@dataclass(frozen=True)
-class BodyWear:
-    """Depth and volume that one body has lost, by one way of measuring; None if it cannot be found so."""
-
-    name: str
-    source: Source
-    depth: Quantity | None = None
-    volume: Quantity | None = None
-    assumed: frozenset[Literal["depth", "volume"]] = frozenset()
-    """What of it follows from the shape of pin and groove, not from what was measured on the body alone."""
-    pair: WornPair | None = None
-    """The readings that it follows from."""
-    unseen_groove: float = 0.0
-    """Relative standard uncertainty of the volume from a groove of the counterbody that nobody measured."""
-
-    @property
-    def hides_groove(self) -> bool:
-        """Whether a disc has lost a volume along a track of unknown length, so that its groove has any depth."""
-        lost = self.volume
-        if self.name not in VOLUMES or self.depth is not None or lost is None or lost.value < 0:
-            return False
-        return bool(lost.value or lost.standard_uncertainty)
-
-
-class WornBodies(NamedTuple):
-    """Everything that was measured on the bodies at one time, as depth and volume."""
-
-    bodies: Mapping[str, tuple[BodyWear, ...]]
-    """Wear of each body, with its role as key."""
-    notes: tuple[str, ...] = ()
-    """What prevents it of a volume, and what is taken for granted."""
-
-
-def surest(ways: Iterable[BodyWear], what: Literal["depth", "volume"]) -> BodyWear | None:
-    """Return the way that gives a depth or volume with the least relative uncertainty, one that measures it first."""
-
-    def rank(way: BodyWear) -> tuple[bool, float]:
-        found = getattr(way, what)
-        spread = found.u_or_zero
-        return what in way.assumed, spread / abs(found.value) if found.value else math.inf
-
-    return min((way for way in ways if getattr(way, what) is not None), key=rank, default=None)
-
-
-def names_used(ways: Iterable[BodyWear]) -> list[str]:
-    """Return the names of the measurements that depth and volume follow from: one, or two."""
-    ways = tuple(ways)
-    return list(dict.fromkeys(way.name for what in ("depth", "volume") if (way := surest(ways, what)) is not None))
-
-
-class Contradiction(NamedTuple):
-    """Two post-test measurements that give different wear of one body."""
-
-    body: str
-    what: Literal["depth", "volume"]
-    one: BodyWear
-    other: BodyWear
-    deviation: float
-    """Difference over its standard uncertainty."""
-
-
 def contradictions(worn: WornBodies) -> Iterator[Contradiction]:
     """Yield each two ways whose depths, or volumes, differ by more than three standard uncertainties of the difference.
 
@@ -422,7 +359,7 @@ def contradictions(worn: WornBodies) -> Iterator[Contradiction]:
 
 
 def _gap(one: BodyWear, other: BodyWear, what: Literal["depth", "volume"], wear: Wear) -> Quantity:
-    if one.pair is not None and other.pair is not None:
+    if isinstance(one.pair, WornPair) and isinstance(other.pair, WornPair):
         return difference(one.pair, other.pair, wear)
     first, second = getattr(one, what), getattr(other, what)
     spread = math.hypot(first.u_or_zero, second.u_or_zero)

@@ -16,7 +16,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
-from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement
+from tribopipe.evaluation.measurements.body_wear import BodyMeasurement
 from tribopipe.evaluation.study.member import BodyDraws, Member, at_rotations
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
@@ -97,13 +97,13 @@ class MeasuredRun:
 
     def rows_of(self, body: str) -> list[int]:
         """Return the rows measured on a body, what it is judged by first at the end."""
-        rows = [place for place, one in enumerate(self.problem.measurements) if one.disc == body]
+        rows = [place for place, one in enumerate(self.problem.measurements) if one.body == body]
         return sorted(rows, key=lambda place: _rank(self.problem.measurements[place]))
 
 
-def _rank(one: DiscMeasurement) -> tuple[float, int]:
+def _rank(one: BodyMeasurement) -> tuple[float, int]:
     best_last = [*MEASURED_IN][::-1]
-    return one.rotations, best_last.index(one.what)
+    return one.place, best_last.index(one.what)
 
 
 class MeasuredDraws(BodyDraws[MeasuredRun]):

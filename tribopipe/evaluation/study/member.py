@@ -91,7 +91,7 @@ def at_rotations(problem: MeasurementProblem, found: Column, length: float) -> M
     """
     longer = replace(
         problem,
-        measurements=tuple(replace(one, rotations=one.rotations * length) for one in problem.measurements),
+        measurements=tuple(replace(one, place=one.place * length) for one in problem.measurements),
     )
     inputs = dict(problem.inputs)
     for one, value in zip(longer.measurements, longer.modelled(found, problem.values), strict=True):

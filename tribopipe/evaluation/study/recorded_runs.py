@@ -19,7 +19,7 @@ from tribopipe.base.units import WEAR_COEFFICIENT
 from tribopipe.documents.quantity import Quantity, meters, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of
-from tribopipe.evaluation.measurements.pin_on_disc import end_wear
+from tribopipe.evaluation.measurements.kinds import end_wear
 from tribopipe.evaluation.study.member import Member, PosedRun, RunDraws
 from tribopipe.evaluation.study.verdict import (
     DECISIVE,
@@ -61,7 +61,7 @@ def compare_engines(draws: RunDraws) -> EngineComparison | None:
     A flat pin is worn alike by both, and a truncated sphere by the GIWM only.
     """
     problem = draws.run.problem
-    if problem.contact.pin.shape != "spherical":
+    if problem.contact.sliding_tip.shape != "spherical":
         return None
     some = draws.kept(np.arange(len(draws.coefficient)) < _DRAWS)
     # What is not known of the pressure is what the two differ in.
@@ -244,7 +244,7 @@ _LATER_PART = 0.25
 def one_engine(recipe: Recipe, fit: Sequence[Member]) -> Recipe:
     """Return the recipe with one engine for all runs: the GIWM where it is right for each of those fitted."""
     runs = [member.corrected.run for member in fit]
-    engines = {engine_of(run.manifest.sliding_pin.pin, end_wear(run, recipe.uncertainty), recipe) for run in runs}
+    engines = {engine_of(run.manifest.described.sliding_tip, end_wear(run, recipe.uncertainty), recipe) for run in runs}
     engine: WearEngine = "giwm" if engines == {"giwm"} else engines.difference({"giwm"}).pop()
     return recipe.model_copy(update={"wear": recipe.wear.model_copy(update={"engine": engine})})
 
@@ -348,7 +348,7 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     """Report where the contact leaves what the wear model describes."""
     contact, values = run.problem.contact, run.problem.values
     notes: list[str] = []
-    if contact.pin.shape != "spherical":
+    if contact.sliding_tip.shape != "spherical":
         return notes
     load, radius = values["normal_load"], values["pin_radius"]
     pin = run.problem.pin(values)
@@ -361,9 +361,8 @@ def _extrapolations(run: PosedRun, comparison: Comparison) -> list[str]:
     modulus = contact.reduced_modulus(values["pin_modulus"], values["disc_modulus"])
     start = float(hertz_radius(normal_load=load, pin_radius=radius, modulus=modulus))
     pressure = 1.5 * load / (np.pi * start**2)
-    hardness = [
-        body.vickers_hardness for body in (contact.pin, contact.counterbody) if body.vickers_hardness is not None
-    ]
+    bodies = contact.bodies.values()
+    hardness = [body.vickers_hardness for body in bodies if body.vickers_hardness is not None]
     if hardness and pressure > min(hardness) * HARDNESS_UNIT:
         found, softer = (
             Quantity(value=value, unit="Pa").shown("GPa") for value in (pressure, min(hardness) * HARDNESS_UNIT)

@@ -16,14 +16,14 @@ from numpy.random import Generator
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.kinds import Terms, wear_of
-from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.quantity import EndValue, Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import applied_load
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.body_wear import BodyWear, surest
+from tribopipe.evaluation.measurements.kinds import worn_bodies
 from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.specific_wear import with_exact_dimensions, without_unseen_groove
-from tribopipe.evaluation.measurements.worn_pair import BodyWear, surest
 from tribopipe.evaluation.study.member import BodyDraws, Member
 from tribopipe.evaluation.study.verdict import (
     CURVE_DRAWS,
@@ -84,9 +84,9 @@ class VolumeRun:
         return self.problem.inputs
 
     @property
-    def contact(self) -> SlidingPin:
+    def contact(self) -> Contact:
         """The contact as run.toml describes it."""
-        return self.member.corrected.run.manifest.sliding_pin
+        return self.member.corrected.run.manifest.described
 
     @property
     def end(self) -> Quantity:
@@ -201,8 +201,8 @@ def _gains(run: RawRun, signal: SignalDepths, recipe: Recipe) -> dict[str, float
     A reading x, as uncertain as it is, of V ∝ xⁿ is so by 1/n: u(V)/V = n·u(x)/x. A volume that was measured as such
     is always as uncertain relative to itself.
     """
-    worn = pin_on_disc_wear(run, without_unseen_groove(recipe.uncertainty), signal=signal).bodies
-    best = {run.manifest.sliding_pin.body_name(role): surest(ways, "volume") for role, ways in worn.items()}
+    worn = worn_bodies(run, without_unseen_groove(recipe.uncertainty), signal=signal).bodies
+    best = {run.manifest.described.body_name(role): surest(ways, "volume") for role, ways in worn.items()}
     return {body: 0.0 if way is None else _gain(way) for body, way in best.items()}
 
 

@@ -271,7 +271,7 @@ class DepthProblem(WearProblem):
         In a groove, a pin whose depth only the sensor shows has lost the more at that depth the less deep it is.
         """
         volume = self.pin(values).volume(depth)
-        if not self._groove_alone or self.contact.pin.line:
+        if not self._groove_alone or self.contact.sliding_tip.line:
             return volume
         ratio = np.maximum(values["disc_end_value"], 0.0) / depth
         return np.asarray(volume * self._growth_at(ratio) / self._groove_growth(values))
@@ -537,5 +537,5 @@ def _refuse_a_fall(problem: DepthProblem) -> None:
         raise FitError(
             f"{problem.run.id}: depth: found a depth signal that, fitted alone, gives a wear depth of {shown}; "
             'expected zero or more; if the signal decreases with wear, add the step "invert" with signals = '
-            f'["depth"] after the default steps, or {problem.contact.pin.how_to_measure}'
+            f'["depth"] after the default steps, or {problem.contact.sliding_tip.how_to_measure}'
         )

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import remountings
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
+from tribopipe.evaluation.measurements.end_wear import EndWear
+from tribopipe.evaluation.measurements.kinds import end_wear
 from tribopipe.evaluation.wear.law_parameters import with_fitted_law
 from tribopipe.evaluation.wear.problem import NODES, WearProblem, posed_as
 from tribopipe.results.input_quantities import Input

@@ -14,7 +14,7 @@ from tribopipe.base.units import WEAR_COEFFICIENT, show
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.depth_reading import DECISIVE, MOST_DEVIATION
-from tribopipe.evaluation.measurements.pin_on_disc import track_wear
+from tribopipe.evaluation.measurements.kinds import worn_bodies
 from tribopipe.evaluation.wear.depth_problem import DepthProblem
 from tribopipe.evaluation.wear.problem import PRESSURE
 from tribopipe.physics.depth_model.mixture import log_evidence_of_noise
@@ -232,7 +232,7 @@ def shape_is_rejected(posterior: DepthPosterior) -> bool:
 def _by_sensor_alone(problem: DepthProblem) -> Finding:
     drift = Quantity(value=problem.recipe.drift.prior.value, unit="m").shown("nm")
     source = "depth sensor alone" if problem.end.disc is None else "depth signal minus the wear depth of the disc"
-    found, remedy = "no post-test measurement of the pin", problem.contact.pin.how_to_measure
+    found, remedy = "no post-test measurement of the pin", problem.contact.sliding_tip.how_to_measure
     if problem.run.manifest.end_values.pin_scar_width is not None:
         found = "only the width of the scar on the pin, which is as wide as the track, whichever of both has worn"
         remedy = "measure the length of the scar in the sliding direction and state it as end_values.pin_scar_length"
@@ -269,12 +269,13 @@ def unseen_groove(run: RawRun, relative: float, recipe: Recipe) -> Finding:
     It is a warning where the bodies differ: in a softer one the groove may be many times as deep as the pin is worn.
     It widens the scar and deepens the reading alike, so that neither contradicts the other.
     """
-    for way in track_wear(run, recipe.uncertainty):
+    _, track = worn_bodies(run, recipe.uncertainty).bodies.values()
+    for way in track:
         lost = way.volume
         if way.hides_groove and lost is not None and lost.value > _WORN * lost.u_or_zero:
             return _track_length_unknown(way.name, lost, relative, recipe)
-    contact = run.manifest.sliding_pin
-    alike = contact.pin.material == contact.counterbody.material
+    contact = run.manifest.described
+    alike = contact.sliding_tip.material == contact.counterbody.material
     beyond = "" if alike else "; the groove can be much deeper if the disc is softer than the pin"
     return Finding(
         severity="note" if alike else "warning",

@@ -17,11 +17,11 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity, wear_coefficient
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import load_course
-from tribopipe.evaluation.measurements.pin_on_disc import pin_on_disc_wear
+from tribopipe.evaluation.measurements.body_wear import BodyWear as BodyLoss
+from tribopipe.evaluation.measurements.body_wear import surest
+from tribopipe.evaluation.measurements.kinds import worn_bodies
 from tribopipe.evaluation.measurements.readings import SignalDepths
 from tribopipe.evaluation.measurements.sliding_distance import told_by
-from tribopipe.evaluation.measurements.worn_pair import BodyWear as BodyLoss
-from tribopipe.evaluation.measurements.worn_pair import surest
 from tribopipe.evaluation.wear.findings import unseen_groove
 from tribopipe.evaluation.wear.inputs import (
     FrictionCovariance,
@@ -110,7 +110,7 @@ class MeasurementFit:
         return tuple(
             FittedValue(
                 name=one.name,
-                place=one.rotations,
+                place=one.place,
                 measured=one.quantity,
                 fitted=Quantity(value=float(value), unit=one.quantity.unit),
             )
@@ -339,7 +339,7 @@ def volume_fit(
     end = float(np.nanmax(slid))
     law, limits, load = law_as_given(model, recipe), run.manifest.described.limits, load_course(run)
     findings = tuple(unseen_groove(run, way.unseen_groove, recipe) for way, _ in lost.values() if way.unseen_groove)
-    contact = run.manifest.sliding_pin
+    contact = run.manifest.described
     contacts = {contact.body_name(role): contact.contacts_of(role) for role in contact.roles}
     return VolumeFit(
         model, law, end, tuple(lost), inputs, known.path, known.covariance, load, limits, findings, contacts
@@ -351,8 +351,8 @@ def _lost(run: RawRun, recipe: Recipe, signal: SignalDepths | None) -> dict[str,
 
     It is below zero if a body has gained.
     """
-    contact, found = run.manifest.sliding_pin, {}
-    for role, ways in pin_on_disc_wear(run, recipe.uncertainty, signal=signal).bodies.items():
+    contact, found = run.manifest.described, {}
+    for role, ways in worn_bodies(run, recipe.uncertainty, signal=signal or SignalDepths()).bodies.items():
         best, body = surest(ways, "volume"), contact.body_name(role)
         if best is not None and best.volume is not None and _is_known(best.volume):
             found[body] = best, best.volume

@@ -23,7 +23,8 @@ from tribopipe.documents.contact import Contact
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.load_and_friction import load_course
-from tribopipe.evaluation.measurements.twin_disc import DiscMeasurement, disc_measurements
+from tribopipe.evaluation.measurements.body_wear import BodyMeasurement
+from tribopipe.evaluation.measurements.kinds import measurements_of
 from tribopipe.evaluation.wear.inputs import (
     FrictionCovariance,
     contact_inputs,
@@ -161,7 +162,7 @@ class MeasurementProblem:
     contact: Contact
     wearing: MeasuredWear
     law: WearLaw
-    measurements: tuple[DiscMeasurement, ...]
+    measurements: tuple[BodyMeasurement, ...]
     inputs: Mapping[str, Input]
     friction: FrictionPath | None = None
     friction_covariance: FrictionCovariance = None
@@ -177,7 +178,7 @@ class MeasurementProblem:
     @cached_property
     def bodies(self) -> tuple[str, ...]:
         """The bodies whose k_D is found: those on which something was measured; others count as unworn."""
-        measured = {one.disc for one in self.measurements}
+        measured = {one.body for one in self.measurements}
         return tuple(body for body in self.contact.fitted_bodies if body in measured)
 
     @property
@@ -193,7 +194,7 @@ class MeasurementProblem:
     @cached_property
     def places(self) -> Column:
         """Progress at which something was measured, each once."""
-        return np.unique([one.rotations for one in self.measurements])
+        return np.unique([one.place for one in self.measurements])
 
     def effective(self, values: Values, places: Column) -> Column:
         """Return the progress after which Archard's law would have worn as much."""
@@ -220,8 +221,8 @@ class MeasurementProblem:
     @cached_property
     def _placed(self) -> list[Row]:
         """Each measurement with its place among those at which something was measured."""
-        at = np.searchsorted(self.places, [one.rotations for one in self.measurements]).tolist()
-        return [Row(one.disc, one.what, place) for one, place in zip(self.measurements, at, strict=True)]
+        at = np.searchsorted(self.places, [one.place for one in self.measurements]).tolist()
+        return [Row(one.body, one.what, place) for one, place in zip(self.measurements, at, strict=True)]
 
     @cached_property
     def root_weights(self) -> Column:
@@ -263,13 +264,13 @@ class MeasurementProblem:
     @cached_property
     def scale(self) -> Column:
         """Coefficients of about the right size, m²/N, also for a body on which no wear was found."""
-        last = {one.disc: one for one in self.measurements}
+        last = {one.body: one for one in self.measurements}
         return self.wearing.guess(self.values, {body: self._noticed(one) for body, one in last.items()})
 
-    def _noticed(self, one: DiscMeasurement) -> Noticed:
+    def _noticed(self, one: BodyMeasurement) -> Noticed:
         """Return what was measured, or what would have been noticed."""
         value = max(one.quantity.value, one.quantity.u_or_zero, self.wearing.least[one.what])
-        return Noticed(one.what, value, float(self.effective(self.values, np.asarray(one.rotations))))
+        return Noticed(one.what, value, float(self.effective(self.values, np.asarray(one.place))))
 
     def coefficients(self) -> Column:
         """Return k_D, m²/N, at the best estimates. Raises ``FitError`` where the first body shows no wear."""
@@ -361,8 +362,8 @@ def measurement_problem(
             f"{run.id}: found {contact.title} with --engine {recipe.wear.engine}; expected the GIWM, since the "
             "wear of these bodies cannot be determined from the depth signal; use --engine giwm"
         )
-    measurements, first = disc_measurements(run, recipe.uncertainty), contact.fitted_bodies[0]
-    if not any(one.disc == first for one in measurements):
+    measurements, first = measurements_of(contact).single(run, recipe.uncertainty), contact.fitted_bodies[0]
+    if not any(one.body == first for one in measurements):
         return (f"a post-test measurement of the {spoken(first)} (wear depth, track width or wear volume)",)
     known = law_friction(run, law, friction, recipe.wear.friction)
     if known is None:

@@ -18,16 +18,17 @@ from numpy.typing import NDArray
 
 from tribopipe.base.arrays import Column, Numbers, Values
 from tribopipe.base.errors import FitError
-from tribopipe.contacts.pin_on_disc import pin_curve
-from tribopipe.documents.contact import SlidingPin
+from tribopipe.contacts.kinds import sensed_wear
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.evaluation.depth_reading import engine_of, remountings, sensor_scale
 from tribopipe.evaluation.drift import SensorTrace, read_trace
 from tribopipe.evaluation.load_and_friction import load_course
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, beside_unseen_groove, end_wear, groove_alone
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.end_wear import EndWear
+from tribopipe.evaluation.measurements.kinds import beside_unseen_groove, end_wear, groove_alone
 from tribopipe.evaluation.measurements.readings import EndValueUsed, SignalDepths
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.evaluation.unmeasured_groove import is_shown
 from tribopipe.evaluation.wear.inputs import (
     FRICTION_INPUTS,
@@ -50,7 +51,7 @@ from tribopipe.physics.pin_on_disc import PinContact
 from tribopipe.physics.pin_on_track import depth_growth, flat_volume_growth, volume_growth
 from tribopipe.results.evaluation import FrictionFit
 from tribopipe.results.input_quantities import Input, best_values
-from tribopipe.results.run import CorrectedRun
+from tribopipe.results.run import CorrectedRun, RawRun
 from tribopipe.results.wear_fit import NO_FRICTION
 
 _MOST_ITERATIONS = 60
@@ -93,7 +94,7 @@ class Tangent:
 class WearProblem:
     """One run corrected in two steps: drift first, by the post-test measurement, then k_D on the corrected pin wear."""
 
-    contact: SlidingPin
+    contact: Contact
     law: WearLaw
     distance: Column
     trace: SensorTrace
@@ -121,7 +122,7 @@ class WearProblem:
 
     def pin(self, values: Values) -> PinContact:
         """Return the pin's depth against worn volume."""
-        return pin_curve(self.contact, values, self.engine)
+        return sensed_wear(self.contact, self.engine).pin(values)
 
     def pin_wear(self, values: Values) -> Column:
         """Return the corrected wear of the pin, m: the sensor's wear times the pin's share by measurement."""
@@ -176,7 +177,7 @@ class WearProblem:
 
     def _growth_at(self, ratio: Numbers) -> Column:
         """Return the volume that the pin has lost over that on a plane, for the depth of the groove over its own."""
-        if self.contact.pin.constant_area:
+        if self.contact.sliding_tip.constant_area:
             return flat_volume_growth(ratio)
         return np.asarray(volume_growth(ratio) * self._beyond_paraboloid)
 
@@ -196,7 +197,7 @@ class WearProblem:
 
     def _grown_after(self, effective: Column) -> Numbers:
         ratio = float(self._depth_ratio(self.values))
-        if not ratio or self.contact.pin.constant_area:
+        if not ratio or self.contact.sliding_tip.constant_area:
             return 1.0
         whole = self.effective_distance(self.values, np.asarray([self.trace.slid]))
         tip, depth = self.end.tip.on_track(self.end.tip.radius), self.end.pin_depth.value
@@ -205,7 +206,7 @@ class WearProblem:
     def _depth_ratio(self, values: Values) -> Numbers:
         """Return the depth of the groove over that of the pin where that shapes the pin, and 0 where it does not."""
         depth = self.end.pin_depth.value
-        if "disc_end_value" not in values or self.contact.pin.line or not depth > 0:
+        if "disc_end_value" not in values or self.contact.sliding_tip.line or not depth > 0:
             return 0.0
         # A draw of a disc that has hardly worn may be below zero, and counts as what it is, lest the mean be off.
         return np.maximum(values["disc_end_value"] / depth, _LEAST_RATIO)
@@ -420,7 +421,7 @@ class WearProblem:
     @property
     def _power(self) -> float:
         """Exponent n of depth ∝ sⁿ."""
-        return self.contact.pin.depth_exponent
+        return self.contact.sliding_tip.depth_exponent
 
     @property
     def _to_come(self) -> Column:
@@ -489,12 +490,12 @@ def wear_problem(
     inputs |= known.inputs
     trace = _seen(read_trace(run, end, recipe), seen := np.isfinite(corrected.wear_depth))
     inputs |= _trace_inputs(trace, end)
-    inputs |= unseen_groove_input(end, recipe, by_sensor=measured is None)
-    engine = engine_of(manifest.sliding_pin.pin, measured, recipe)
-    inputs |= _pressure_distribution(manifest.sliding_pin, best_values(inputs), end, engine)
+    inputs |= unseen_groove_input(run, end, recipe, by_sensor=measured is None)
+    engine = engine_of(manifest.described.sliding_tip, measured, recipe)
+    inputs |= _pressure_distribution(manifest.described, best_values(inputs), end, engine)
     inputs |= law_inputs(law_named(law), recipe)
     return WearProblem(
-        contact=manifest.sliding_pin,
+        contact=manifest.described,
         law=law_named(law),
         distance=run.sliding_distance[seen],
         trace=trace,
@@ -513,7 +514,7 @@ def end_by_reading(corrected: CorrectedRun, recipe: Recipe) -> EndWear | None:
     model = corrected.correction.model
     if model is None:
         return None
-    tip = PinTip.of(corrected.run.manifest.sliding_pin.equivalent_pin)
+    tip = WornTip.of(corrected.run.manifest.described.equivalent_pin)
     groove, scale = groove_alone(corrected.run, recipe.uncertainty), sensor_scale(corrected.run, recipe)
     # The groove is taken from what the sensor has read, so that an error of its scale is one of the sum.
     both = model.end_depth.value + (groove.quantity.value if groove else 0.0)
@@ -536,23 +537,23 @@ def depths_by_signal(corrected: CorrectedRun, recipe: Recipe) -> SignalDepths:
     return SignalDepths(read.pin_depth, pin_is_certain=certain)
 
 
-def unseen_groove_input(end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
+def unseen_groove_input(run: RawRun, end: EndWear, recipe: Recipe, *, by_sensor: bool) -> dict[str, Input]:
     """Return by what factor the pin may have lost more than it would have on a disc without a groove."""
-    beside = beside_unseen_groove(end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
+    beside = beside_unseen_groove(run, end, recipe.uncertainty.unseen_groove, by_sensor=by_sensor)
     factor = Quantity(value=1.0, unit="1", standard_uncertainty=abs(beside - 1))
     return {"unseen_groove": Input(factor, "default", above_zero=True)} if factor.standard_uncertainty else {}
 
 
-def _pressure_distribution(contact: SlidingPin, values: Values, end: EndWear, engine: WearEngine) -> dict[str, Input]:
+def _pressure_distribution(contact: Contact, values: Values, end: EndWear, engine: WearEngine) -> dict[str, Input]:
     """Return by what factor the pin may have lost more at its depth than by the engine's contact pressure.
 
     That pressure is the most probable one, local pressure the limit: a triangular distribution. Nothing where local
     pressure changes nothing, or is not known: flat pins and truncated spheres.
     """
     depth = end.pin_depth.value
-    if engine == "local" or contact.pin.shape != "spherical" or not depth > 0:
+    if engine == "local" or contact.sliding_tip.shape != "spherical" or not depth > 0:
         return {}
-    local, other = (pin_curve(contact, values, by).volume(depth) for by in ("local", engine))
+    local, other = (sensed_wear(contact, by).pin(values).volume(depth) for by in ("local", engine))
     spread = abs(float(local / other) - 1) / _TRIANGULAR
     if spread < _NEGLIGIBLE:
         return {}

@@ -153,7 +153,7 @@ def friction_alarms(means: Means) -> Iterator[Alarm]:
 def counterbody_alarms(found: Posterior) -> Iterator[Alarm]:
     """Report a drift that is more than a sensor has, and whether it may be wear of the counterbody."""
     both, problem = found.both_worn, found.problem
-    if not found.excess_drift or problem.contact.pin.constant_area or (both is None and problem.finished):
+    if not found.excess_drift or problem.contact.sliding_tip.constant_area or (both is None and problem.finished):
         return
     slid, (expected, spread) = problem.trace.slid, problem.plausible_drift
     plausible = Quantity(value=expected, unit="m", standard_uncertainty=spread).shown("nm")

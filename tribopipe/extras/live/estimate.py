@@ -75,7 +75,7 @@ class Posterior:
         A counterbody that wears makes the reading deeper.
         """
         problem = self.problem
-        if problem.disc_known or problem.contact.pin.constant_area or self.excess_drift <= 0:
+        if problem.disc_known or problem.contact.sliding_tip.constant_area or self.excess_drift <= 0:
             return None
         found = both_worn(problem)
         return found if min(found.depths(problem.trace.slid)) > _LEAST_DEPTH else None
@@ -145,7 +145,7 @@ class Posterior:
 
     def _depth_of_both(self, distance: float, found: BothWorn) -> Column:
         """Return draws of the pin's depth, m, next to a wearing counterbody, by first-order propagation."""
-        power = self.problem.contact.pin.depth_exponent
+        power = self.problem.contact.sliding_tip.depth_exponent
         return np.asarray(found.depths(distance)[0] * np.exp(power * (self._of_both - found.log_coefficient)))
 
     def _depth_moved(self, name: str, distance: float) -> float:

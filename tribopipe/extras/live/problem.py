@@ -14,16 +14,17 @@ from scipy.special import chdtri
 from tribopipe.base.arrays import Column, Values
 from tribopipe.base.errors import FitError
 from tribopipe.contacts.kinds import wear_of
-from tribopipe.documents.contact import SlidingPin
+from tribopipe.documents.contact import Contact
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import LawName, Recipe
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.depth_reading import engine_of, remountings
 from tribopipe.evaluation.drift import SensorTrace
 from tribopipe.evaluation.load_and_friction import applied_load
-from tribopipe.evaluation.measurements.pin_on_disc import EndWear, end_wear
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.end_wear import EndWear
+from tribopipe.evaluation.measurements.kinds import end_wear
 from tribopipe.evaluation.measurements.readings import EndValueUsed
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.evaluation.wear.drift_and_wear import END_ANCHOR, Anchor, JointProblem, interruption_anchor
 from tribopipe.evaluation.wear.inputs import instrument_inputs, law_as_given, law_inputs
 from tribopipe.evaluation.wear.problem import NODES, about_smooth, unseen_groove_input
@@ -202,7 +203,11 @@ class LiveProblem(JointProblem):
     @property
     def tells_drift(self) -> bool:
         """Whether wear and drift are distinguished: not of a flat pin, where both are linear, unless one is known."""
-        return not self.contact.pin.constant_area or bool(self.anchors) or bool({"drift", "ln k_D"} & {*self._believed})
+        return (
+            not self.contact.sliding_tip.constant_area
+            or bool(self.anchors)
+            or bool({"drift", "ln k_D"} & {*self._believed})
+        )
 
     @property
     def finished(self) -> bool:
@@ -230,10 +235,10 @@ class Asked:
 def live_problem(asked: Asked, state: State) -> LiveProblem:
     """Pose the fit of the samples so far. Raises ``FitError`` where the law needs a friction that was not recorded."""
     fine, manifest = state.means, asked.run.manifest
-    contact = manifest.sliding_pin
+    contact = manifest.described
     segments = remountings(manifest, fine.sliding_distance)
     trace = _trace(fine, fine)
-    stretches = _stretches(fine.sliding_distance if contact.pin.constant_area else fine.root, segments)
+    stretches = _stretches(fine.sliding_distance if contact.sliding_tip.constant_area else fine.root, segments)
     means = state.pooled(stretches)
     # Before the end, an end value is that of another run, left in a copied run.toml, or measured further on.
     end = end_wear(asked.run, asked.recipe.uncertainty) if asked.ends_at(trace.slid) else None
@@ -246,7 +251,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     disc_known = asked.known.disc_wear is not None if end is None else end.disc is not None
     inputs = _inputs(asked, fine, anchors, end)
     if not disc_known:
-        inputs |= unseen_groove_input(worn, asked.recipe, by_sensor=end is None)
+        inputs |= unseen_groove_input(asked.run, worn, asked.recipe, by_sensor=end is None)
     return LiveProblem(
         contact=contact,
         law=law_as_given(asked.law, asked.recipe),
@@ -255,7 +260,7 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
         end=worn,
         friction=_friction(asked, fine),
         inputs=inputs,
-        engine=engine_of(contact.pin, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
+        engine=engine_of(contact.sliding_tip, end, asked.recipe) if end else asked.recipe.wear.engine or "giwm",
         weights=means.samples,
         noise=noise.variance,
         most_noise=noise.most,
@@ -268,19 +273,19 @@ def live_problem(asked: Asked, state: State) -> LiveProblem:
     )
 
 
-def _worn_by_reading(contact: SlidingPin, fine: Means) -> EndWear:
+def _worn_by_reading(contact: Contact, fine: Means) -> EndWear:
     """Return the wear of a pin that nobody has measured yet: at most what the sensor has read."""
     read = Quantity(value=float(np.ptp(fine.depth)), unit="m")
-    return EndWear(EndValueUsed("pin_wear_depth", read, "default"), None, PinTip.of(contact.equivalent_pin))
+    return EndWear(EndValueUsed("pin_wear_depth", read, "default"), None, WornTip.of(contact.equivalent_pin))
 
 
-def _disc_power(contact: SlidingPin) -> float:
-    return _DISC_POWER if contact.pin.widens else 1.0
+def _disc_power(contact: Contact) -> float:
+    return _DISC_POWER if contact.sliding_tip.widens else 1.0
 
 
-def mean_distance(contact: SlidingPin, means: Means) -> Column:
+def mean_distance(contact: Contact, means: Means) -> Column:
     """Return where a pin is worn as in the mean of a stretch, m: at the mean of √s, or of s under a flat one."""
-    return means.sliding_distance if contact.pin.constant_area else means.root**2
+    return means.sliding_distance if contact.sliding_tip.constant_area else means.root**2
 
 
 def _trace(means: Means, fine: Means) -> SensorTrace:
@@ -350,7 +355,7 @@ def _beliefs(asked: Asked, trace: SensorTrace) -> list[Belief]:
         rate = known.drift_rate
         beliefs.append(Belief("drift", rate.value * trace.duration, rate.u_or_zero * trace.duration))
     # The disc's wear grows with the distance, whether its end is near or not.
-    share = (trace.slid / (asked.planned or trace.slid)) ** _disc_power(asked.run.manifest.sliding_pin)
+    share = (trace.slid / (asked.planned or trace.slid)) ** _disc_power(asked.run.manifest.described)
     default = asked.recipe.uncertainty.wear_depth
     disc = known.disc_wear or Quantity(value=0.0, unit="m", standard_uncertainty=default.value)
     beliefs.append(Belief("disc wear", disc.value * share, disc.u_or_zero * share))

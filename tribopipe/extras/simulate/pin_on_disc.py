@@ -17,7 +17,7 @@ from tribopipe.base.arrays import Column
 from tribopipe.documents.contact import SlidingPin
 from tribopipe.documents.plan import Series, Truth, VirtualRun
 from tribopipe.documents.quantity import Quantity
-from tribopipe.evaluation.measurements.pin_tip import PinTip
+from tribopipe.evaluation.measurements.worn_tip import WornTip
 from tribopipe.evaluation.wear.scenario import KnownWear, Scenario
 from tribopipe.extras.simulate.instrument import (
     AnyVirtualTest,
@@ -85,7 +85,7 @@ class VirtualTest(AnyVirtualTest):
         """Return wear by the GIWM, and of a counterbody that wears to a given depth."""
         known = KnownWear({contact.fitted_bodies[0]: self.run.wear_coefficient})
         state = Scenario(contact, self.load, known).worn(slid)
-        depth, tip = state["wear_depth"], PinTip.of(self.series.contact.equivalent_pin)
+        depth, tip = state["wear_depth"], WornTip.of(self.series.contact.equivalent_pin)
         scar = 2 * float(tip.scar_radius(depth[-1], self.pin_radius))
         sizes = {"pin_scar_diameter": scar} if tip.widens else {"pin_scar_length": scar} if tip.line else {}
         return _Worn(depth, self._given_disc_wear(state["half_width"]), sizes)
