@@ -234,7 +234,7 @@ def test_bodies_are_asked_for_once_the_shape_is_told(export):
         "disc": {"material": "304", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
     }
     assert made.bodies_lack == ()
-    assert read_run(made.folder).manifest.sliding_pin.disc.material == "304"
+    assert read_run(made.folder).manifest.described.disc.material == "304"
 
 
 def test_what_is_typical_of_a_material_is_offered_as_soon_as_it_is_named(export):
@@ -494,7 +494,7 @@ def test_a_template_gives_what_stays_the_same(lab):
     assert run.manifest.conditions.medium == "oil"
     assert run.manifest.conditions.sliding_speed.standard_uncertainty == pytest.approx(0.001)
     assert run.manifest.sensors.depth_scale.value == 0.99
-    assert run.manifest.sliding_pin.pin.shape == "flat"
+    assert run.manifest.described.sliding_tip.shape == "flat"
     assert run.columns["time"].tolist() == [0.5, 1.5, 2.5]
     text = (made.folder / "run.toml").read_text(encoding="utf-8")
     assert "# from lab.toml" in text
