@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 import re
 import tomllib
 
@@ -317,6 +318,37 @@ def test_offset_and_sign_of_the_forces_are_mended(bare_run, sign):
     zero = next(change for change in cleaned.record.changes if change.step == "zero")
     assert abs(zero.offset.value + sign * 0.08) < 4 * zero.offset.standard_uncertainty < 1e-4
     assert [change.factor for change in cleaned.record.changes if change.factor] == [-1.0] * (1 + (sign < 0))
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.002, 0.06, -0.06])
+def test_zero_that_moves_during_the_test_is_interpolated_and_reported(bare_run, moved):
+    course = moved * TRUTH["time"] / TRUTH["time"][-1]
+    columns = TRUTH | {
+        "normal_force": TRUTH["normal_force"] - 0.08,
+        "friction_force": TRUTH["friction_force"] - 0.012 + course,
+    }
+    run = run_of(bare_run, **columns)
+    cleaned = clean_run(run)
+    friction = cleaned.run.columns["friction_force"]
+    np.testing.assert_allclose(friction, TRUTH["friction_force"], atol=1e-4 + 0.05 * abs(moved))
+    zero = next(one.offset for one in cleaned.record.changes if one.signal == "friction_force" and one.step == "zero")
+    assert zero.value == pytest.approx(-0.012 + moved / 2, abs=1e-3)
+    assert zero.standard_uncertainty == pytest.approx(abs(moved) / math.sqrt(12), rel=0.08, abs=1e-4)
+    (found,) = [one for one in check_run(run) if one.code == "uncertain_zero"] or [None]
+    assert (found is None) == (abs(moved) < 0.05)
+
+
+def test_zero_that_was_different_after_the_test_holds_between_stated_windows(bare_run):
+    """At 10 s, 40 s and after the test: piecewise, not one line through all."""
+    time = TRUTH["time"]
+    course = np.interp(time, [0.0, 40.0, time[-1]], [0.0, 0.1, 0.1])
+    windows = [TimeWindow(start=Quantity(value=at, unit="s"), end=Quantity(value=at + 2, unit="s")) for at in (9, 39)]
+    windows.append(TimeWindow(start=Quantity(value=time[-1] - 2, unit="s"), end=Quantity(value=time[-1], unit="s")))
+    force = np.where(np.any([(one.start.value <= time) & (time <= one.end.value) for one in windows], axis=0), 0.0, 0.3)
+    run = run_of(bare_run, time=time, sliding_distance=TRUTH["sliding_distance"], friction_force=force + course)
+    cleaned = clean_run(run, only(Zero(windows=tuple(windows)))).run.columns["friction_force"]
+    later = time > 40
+    np.testing.assert_allclose(cleaned[later], force[later], atol=4e-3)
 
 
 def test_zero_in_stated_windows(bare_run):

@@ -29,7 +29,7 @@ StepStage = Literal[
 ]
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
-    "clean_up": 4,
+    "clean_up": 5,
     "drift_correction": 12,
     "friction_fit": 8,
     "specific_wear": 10,

@@ -113,6 +113,7 @@ TITLES: Mapping[str, str] = {
     "contact_lost": "no friction during part of the test",
     "running_in_repeats": "running-in occurs twice",
     "friction_offset": "offset in the friction force",
+    "uncertain_zero": "zero of a force uncertain",
     "friction_sign": "friction changes sign",
     "implausible_friction": "implausible friction coefficient",
     "interruption_after_end": "interruption after the end of the test",

@@ -33,6 +33,8 @@ _LEAST_FRICTION = 1e-3
 """Smallest friction coefficient of a test, in superlubricity."""
 _OFFSET = 0.1
 """Offset of friction over friction in a reciprocating test above which it is reported."""
+_ZERO = 0.01
+"""Standard uncertainty of the zero of a force over the usual force above which it is reported."""
 _BOTH_WAYS = 0.2
 """Share of the samples with friction that have the rarer sign, in a test there and back."""
 _ANOTHER_UNIT = 5.0
@@ -527,6 +529,25 @@ def friction_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
             'zero the friction force, or set method = "half-difference" for the step "stroke-wise-friction" in a '
             "recipe: half the difference does not depend on the offset",
         )
+
+
+@check_cleaned("warning")
+def uncertain_zero(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
+    """Find forces whose zero was not the same before and after the test, or was seen too shortly."""
+    for change in cleaned.record.changes:
+        if change.step != "zero" or change.offset is None:
+            continue
+        seen = cleaned.run.columns[change.signal]
+        usual, spread = float(np.nanmedian(np.abs(seen))), change.offset.u_or_zero
+        if spread > _ZERO * usual:
+            yield Trouble(
+                change.signal,
+                f"found a {change.what.removesuffix(' subtracted')}, with a standard uncertainty of "
+                f"{Quantity(value=spread, unit='N').shown('mN')}, {100 * spread / usual:.2g} % of the usual force; "
+                f"expected at most {100 * _ZERO:.0f} %",
+                "let the load cell warm up and zero it before the test; a zero that is different after the test is "
+                "interpolated linearly in time",
+            )
 
 
 @check_cleaned("warning")

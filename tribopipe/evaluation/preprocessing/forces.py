@@ -8,6 +8,9 @@ reads zero, or less than zero seen in the direction of loading. A level above ze
 alone. Where it is at most a fiftieth of the load, a friction force of more than twice this level is no friction of it,
 and is subtracted. A level that is no nearer to zero than half the step to the load is left alone, since it may be the
 load itself, upside down.
+
+A zero that is clearly different after the test has moved with it. It is interpolated linearly in time, and is as
+uncertain as if it had moved at any one moment in between.
 """
 
 import math
@@ -15,6 +18,7 @@ import math
 import numpy as np
 
 from tribopipe.base.arrays import Column
+from tribopipe.base.units import show
 from tribopipe.documents.preprocessing import FrictionSign, Invert, PressingLoad, Zero
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import SignalName
@@ -88,6 +92,9 @@ _TRIMMED = 0.1
 """Share of a stretch, next to the loading, that is left out."""
 _TOLD = 2.0
 """Standard uncertainties by which a reading differs from zero at least where it is subtracted."""
+_MOVED = 5.0
+"""Standard uncertainties of their difference by which a zero differs after the test at least if it has moved."""
+_ENDS = (0, -1)
 
 
 def zero_forces(bench: Bench, step: Zero) -> None:
@@ -113,14 +120,44 @@ def _zeroed(bench: Bench, name: SignalName, where: Selection, why: str) -> bool:
         samples = "1 sample" if len(seen) == 1 else f"{len(seen)} samples"
         bench.leave(name, f"not zeroed: {samples} {why}; expected at least {_FEWEST_SEEN}", "too few")
         return False
+    moved = _moving_zero(bench.columns["time"], force, where)
+    zero, offset = _steady_zero(seen) if moved is None else moved
+    if abs(offset.value) <= max(_TOLD * offset.u_or_zero, 1e-9 * float(np.nanmax(np.abs(force)))) and moved is None:
+        return False
+    first, last = (show(float(f"{end:.3g}"), None, "N", "mN") for end in (zero[0], zero[-1]))
+    shown = offset.shown("mN") if moved is None else f"{first} to {last}"
+    bench.put(name, force - zero, f"zero of {shown} subtracted", f"mean of {len(seen)} samples {why}", offset=offset)
+    return True
+
+
+def _steady_zero(seen: Column) -> tuple[Column, Quantity]:
+    """Return the mean of a force without contact, N, as a column and with its standard uncertainty."""
     zero, spread = float(np.mean(seen)), float(np.std(seen, ddof=1))
     uncertainty = spread / math.sqrt(effective_samples(seen))
-    if abs(zero) <= max(_TOLD * uncertainty, 1e-9 * float(np.nanmax(np.abs(force)))):
-        return False
-    offset = Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
-    what = f"zero of {offset.shown('mN')} subtracted"
-    bench.put(name, force - zero, what, f"mean of {len(seen)} samples {why}", offset=offset)
-    return True
+    return np.full(1, zero), Quantity(value=zero, unit="N", standard_uncertainty=uncertainty)
+
+
+def _moving_zero(time: Column, force: Column, where: Selection) -> tuple[Column, Quantity] | None:
+    """Return the zero at each sample, N, by those of the stretches without contact, and its mean.
+
+    None where there is only one, or where they do not differ clearly.
+    """
+    seen = where & np.isfinite(force) & np.isfinite(time)
+    stretches = np.split(np.flatnonzero(seen), np.flatnonzero(np.diff(np.flatnonzero(seen)) > 1) + 1)
+    stretches = [places for places in stretches if len(places) >= _FEWEST_SEEN]
+    if len(stretches) < len(_ENDS):
+        return None
+    zeros = [_steady_zero(force[places])[1] for places in stretches]
+    ends = [zeros[end] for end in _ENDS]
+    spread = math.hypot(*(one.u_or_zero for one in ends))
+    moved = abs(ends[1].value - ends[0].value)
+    if moved <= max(_MOVED * spread, 1e-9 * float(np.nanmax(np.abs(force)))):
+        return None
+    middles = [float(np.mean(time[places])) for places in stretches]
+    zero = np.interp(time, middles, [one.value for one in zeros])
+    # At any one moment, with the same probability for each: a rectangular distribution.
+    uncertainty = math.hypot(spread, moved / math.sqrt(12))
+    return zero, Quantity(value=float(np.nanmean(zero)), unit="N", standard_uncertainty=uncertainty)
 
 
 def _stated(bench: Bench, step: Zero) -> Selection:
