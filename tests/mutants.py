@@ -116,9 +116,9 @@ class PackageCopy:
         whole = [sys.executable, "-P", *arguments]
         return subprocess.run(whole, cwd=ROOT, env=told, capture_output=True, text=True, check=False, timeout=longest)
 
-    def tested(self, tests: Sequence[str]) -> tuple[int, str]:
+    def tested(self, tests: Sequence[str], processes: int = 0) -> tuple[int, str]:
         """Run tests until one fails; return the exit code of pytest and what it printed."""
-        quick = ("-x", "-q", "-n0", "--tb=line", "-p", "no:cacheprovider")
+        quick = ("-x", "-q", f"-n{processes}", "--tb=line", "-p", "no:cacheprovider")
         try:
             ended = self.run("-m", "pytest", *quick, *tests, longest=LONGEST * len(tests))
         except subprocess.TimeoutExpired:
@@ -199,7 +199,7 @@ def _unsound(copy: PackageCopy, tests: Sequence[str]) -> Iterator[str]:
     where = copy.run("-c", "import tribopipe; print(tribopipe.__file__)").stdout.strip()
     if Path(where).parent.resolve() != copy.package.resolve():
         yield f"tests import {where}, expected the copy in {copy.folder}"
-    code, printed = copy.tested(tests)
+    code, printed = copy.tested(tests, WORKERS)
     if code:
         yield f"exit code {code} without any mutant:\n{printed}"
 
