@@ -18,13 +18,14 @@ from study_runs import HEAVY, LIGHT
 from tribopipe.archive.store import Archive
 from tribopipe.base.errors import ArchiveError
 from tribopipe.browse import app
-from tribopipe.browse.answers import sparkline_answer
+from tribopipe.browse.answers import _finding, sparkline_answer
 from tribopipe.browse.server import listening
 from tribopipe.documents.annotation import Mark
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.study import Study
 from tribopipe.pipeline.studies import run_study
 from tribopipe.results.evaluation import DriftCorrection
+from tribopipe.results.finding import Finding
 
 RUN = "si3n4-air-200mN"
 pytestmark = pytest.mark.usefixtures("few_draws")
@@ -333,7 +334,9 @@ def test_a_study_is_a_page_with_plots(kind, request):
     archive = request.getfixturevalue(kind)
     with serving(archive) as client:
         (line,) = client.get("api", "studies").json
+        predicted = re.findall(r"(\d+) ", line["agreement"].partition("; ")[0])
         assert line["agreement"].startswith("Archard: ")
+        assert sum(map(int, predicted)) == len(line["predicted"])
         study = client.get("api", "studies", line["id"]).json
         assert study["file"] == f"studies/{line['id']}.h5"
         assert client.get("api", "studies", line["id"], "file").body == (archive / study["file"]).read_bytes()
@@ -390,3 +393,12 @@ def test_a_taken_port_is_a_sentence():
 def test_help_loads_no_server():
     code = "import sys, tribopipe.cli.app; print({'fastapi', 'uvicorn', 'h5grove', 'h5py'} & set(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "set()"
+
+
+def test_findings_name_the_help_that_explains_them():
+    own, other = (
+        Finding(severity="note", code=code, where="depth", message="found x", remedy="do y")
+        for code in ("reading_settles", "check_of_another_package")
+    )
+    assert _finding(own) == {"severity": "note", "text": "depth: found x; do y", "help": "reading_settles"}
+    assert _finding(other)["help"] is None

@@ -165,8 +165,10 @@ def test_what_is_not_used_is_named(tmp_path, names, why):
     ("name", "why"),
     [
         ("Humidity (RH)", "relative_humidity and is not used: its unit 'RH' is not a unit of percentage"),
-        ("Temp (F)", "temperature and is not used: its unit 'F' is not a unit of temperature"),
+        ("Temp (V)", "temperature and is not used: its unit 'V' is not a unit of temperature"),
         ("Wear [mg]", "depth and is not used: its unit 'mg' is not a unit of length"),
+        ("Wear [0.1 µm]", "depth and is not used: '0.1 µm' is not a known unit"),
+        ("COF (max)", "friction_coefficient and is not used: 'max' is not a known unit"),
         ("Friction (µ)", "friction_force and is not used: its unit is unknown"),
         ("Friction (u)", "friction_force and is not used: its unit is unknown"),
     ],
@@ -208,6 +210,7 @@ def test_a_lone_micro_is_no_unit(tmp_path, name):
     [
         ("Time [s];Temp (C);Ff [mN];Fn [mN]", ""),
         ("Time [s];Temperature (C);Ff [mN];Fn [mN]", ""),
+        ("Time [s];temp_C;Ff [mN];Fn [mN]", ""),
         ("Time [s];Bath (C);Ff [mN];Fn [mN]", "[signals.columns]\ntime = 'Time [s]'\ntemperature = 'Bath (C)'\n"),
     ],
 )
@@ -335,3 +338,42 @@ def test_detect_names_placeholders_and_words(tmp_path):
     export = read_export(tmp_path / "signals.csv")
     assert "column 'Ff [mN]': kept as text, since line 12 contains '8.0.1', which is not a number" in export.notes
     assert export.meanings["Ff [mN]"].signal == "friction_force"
+
+
+def test_farads_of_a_temperature_are_degrees(tmp_path):
+    run = read_run(made(tmp_path, names="Time [s];Temp (F);Ff [mN];Fn [mN]"))
+    assert run.columns["temperature"][0] == pytest.approx(255.372, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "time_s;wear_um;ff_mN;load_mN",
+        "t_s;h_um;Friction_force_mN;Fn_mN",
+        "Time, s;Wear, um;Friction force, mN;Load, mN",
+        "Zeit in s;Verschleiß in µm;Reibkraft in mN;Normalkraft in mN",
+        "Time {s};Wear <um>;Friction {mN};Load <mN>",
+        "t/s;h/µm;Reibkraft/mN;Fn/mN",
+        "Zeit / Time [s];Verschleiß / Wear [um];Reibkraft Fr [mN];Normalkraft F_N [mN]",
+        "时间 Time (s);磨损量 Wear (um);Friction force(摩擦力)/mN;载荷Load/mN",
+        "시간(s);마모깊이(um);마찰력(mN);수직하중(mN)",
+        "Tempo (s);Profundidade do desgaste (um);Força de atrito (mN);Força normal (mN)",
+        "Elapsed [s];Mean wear [um];Ff avg [mN];Actual load [mN]",
+    ],
+)
+def test_names_of_other_labs_are_recognized_with_their_units(tmp_path, names):
+    columns = read_run(made(tmp_path, names=names)).columns
+    found = [float(columns[signal][1]) for signal in ("time", "depth", "friction_force", "normal_force")]
+    assert found == pytest.approx([0.1, 0.01e-6, 0.101, 0.201])
+
+
+@pytest.mark.parametrize(
+    "name", ["Load max [mN]", "Load std [mN]", "Set load [mN]", "Load_min", "F_s [mN]", "Load_1", "Friction load [mN]"]
+)
+def test_names_with_another_meaning_are_no_load(tmp_path, name):
+    assert "normal_force" not in read_run(made(tmp_path, names=NAMES.replace("Fn [mN]", name))).columns
+
+
+def test_a_second_table_below_the_first_is_named(tmp_path):
+    with pytest.raises(ReaderError, match="line 2002: found the header row again; expected one table per file; split"):
+        read_run(made(tmp_path, rows=[*ROWS, NAMES, *ROWS]))

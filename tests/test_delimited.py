@@ -268,6 +268,31 @@ def test_a_first_row_without_any_number_is_a_sample_too():
         ("Fx/Fz", ("Fx/Fz", None)),
         ("[um]", ("[um]", None)),
         ("Depth", ("Depth", None)),
+        ("Friction force/N", ("Friction force", "N")),
+        ("Speed m/s", ("Speed m/s", None)),
+        ("Zeit t/s", ("Zeit t", "s")),
+        ("時間/s", ("時間", "s")),
+        ("load_N", ("load", "N")),
+        ("time_ms", ("time", "ms")),
+        ("disc_wear_volume_mm3", ("disc_wear_volume", "mm3")),
+        ("Fx_mN", ("Fx", "mN")),
+        ("Load in N", ("Load", "N")),
+        ("Time, min", ("Time", "min")),
+        ("Wear {µm}", ("Wear", "µm")),
+        ("t/s", ("t", "s")),
+        ("T/°C", ("T", "°C")),
+        ("F_N", ("F_N", None)),  # the normal force
+        ("T_s", ("T_s", None)),  # the temperature of a surface
+        ("load_min", ("load_min", None)),
+        ("Load, max", ("Load, max", None)),
+        ("Wear in percent", ("Wear in percent", None)),
+        ("COF_1", ("COF_1", None)),
+        ("mu_s", ("mu_s", None)),
+        ("v_m", ("v_m", None)),  # a mean
+        ("RPM", ("RPM", "RPM")),
+        ("Motor rpm", ("Motor rpm", "rpm")),
+        ("t_s", ("t", "s")),
+        ("h_um", ("h", "um")),
     ],
 )
 def test_units_in_names(name, expected):
@@ -653,3 +678,26 @@ def test_quoted_decimal_commas_between_commas():
 def test_quoted_thousands_are_in_doubt():
     assert "thousands" in refusal('Time,Cycles\n1,"1,234"\n2,"2,345"\n')
     assert "one decimal separator" in refusal('Time,Cycles\n1.5,"1,234"\n2.5,"2,345"\n')
+
+
+def test_a_row_of_symbols_with_units_is_a_row_of_names():
+    assert [(each.name, each.unit) for each in read("t/s;F/N;h/µm\n0;5;0\n1;5;2\n").columns] == [
+        ("t/s", "s"),
+        ("F/N", "N"),
+        ("h/µm", "µm"),
+    ]
+
+
+@pytest.mark.parametrize(("row", "noted"), [("s;µm;mN", True), ("s;um;N", False), ("s;;", False)])
+def test_another_unit_in_the_row_of_units_than_in_the_name_is_named(row, noted):
+    table = read(f"Time [s];Wear [um];load_N\n{row}\n0;0;5\n1;1;5\n")
+    note = "column 'load_N' has another unit in the row of units, mN, than in its name, N; mN is used"
+    assert (note in table.notes) == noted
+
+
+@pytest.mark.parametrize("number", ["1.457,2", "1,457.2", "1'457.2", "1 457,2"])
+def test_numbers_with_thousands_separators_are_the_reason_why_a_table_is_refused(number):
+    rows = "".join(f"{n};{number};{number}\n" for n in range(5))
+    match = DelimitedReader().match(SourceFile("a.csv", f"Time [s];Fn [mN];Ff [mN]\n{rows}".encode()))
+    assert match.confidence < 0.5
+    assert f"line 2 contains {number!r}; expected numbers without thousands separators" in match.why

@@ -370,8 +370,9 @@ def test_eln_has_a_page_for_each_run(notebook):
     run = notebook[f"runs/{RUN}/"]
     assert run["name"].startswith(f"{RUN}: ")
     assert run["genre"] == "experiment"
-    assert "<td>normal load</td><td>200.0 ± 2.0 mN</td>" in run["text"]
-    assert "×10⁻⁸ mm³/(N·mm)" in run["text"]
+    text = run["text"].replace("\u00a0", " ")
+    assert "<td>normal load</td><td>200.0 ± 2.0 mN</td>" in text
+    assert "×10⁻⁸ mm³/(N·mm)" in text
     assert "<img" not in run["text"]
     assert all(notebook[one["@id"]]["propertyID"] for one in run["variableMeasured"])
 

@@ -69,7 +69,7 @@ def test_numbers_and_texts_are_the_header_with_those_outside():
 
 @pytest.mark.slow
 def test_unit_at_the_end_of_a_name_unless_it_may_be_an_index():
-    units = {"time_s": "s", "t_s": "s", "Ft_N": "N", "dist_m": "m", "wear_um": "um", "v_mps": "m/s"}
+    units = {"time_s": "s", "t_s": "s", "Ft_N": "N", "dist_m": "m", "wear_um": "um", "v_mps": "mps"}
     units |= dict.fromkeys(("F_N", "mu_s", "h_m", "F_t", "F_g", "v_max"))
     table = read(mat(dict.fromkeys(units, TIME)))
     assert {column.name: column.unit for column in table.columns} == units

@@ -16,7 +16,7 @@ from own_exports import CASES, written
 from sweeps import others_slow
 
 from tribopipe.base.errors import UnitError
-from tribopipe.base.units import has_decimal_comma, is_unit_of, parse, with_point
+from tribopipe.base.units import has_decimal_comma, is_unit, is_unit_of, parse, with_point
 from tribopipe.readers.column_meanings import meanings_of
 from tribopipe.readers.draft.folder import Wanted, make_run
 from tribopipe.readers.draft.known_values import Known
@@ -116,6 +116,8 @@ LINES = {
     "Spanish machine": "Carga aplicada: 5 N\nRadio de giro: 5 mm\nVelocidad: 0,1 m/s\nHumedad: 45 %",
     "colon and comma": "Load (N):,5\nTrack Radius (mm):,5\nSpeed (m/s):,0.1\nHumidity (%):,45",
     "Polish": "Siła normalna  5 N\nPromień tarcia  5 mm\nPrędkość poślizgu  0,1 m/s\nWilgotność względna  45 %",
+    "Portuguese": "Carga aplicada: 5 N\nRaio da pista: 5 mm\nVelocidade: 0,1 m/s\nUmidade relativa: 45 %",
+    "Korean": "하중: 5 N\n마찰 반경: 5 mm\n미끄럼 속도: 0.1 m/s\n상대 습도: 45 %",
     "Chinese": "载荷：5 N\n摩擦半径：5 mm\n滑动速度：0.1 m/s\n相对湿度：45 %",
     "Japanese": "荷重（N）,5\n回転半径（mm）,5\n摺動速度（m/s）,0.1\n湿度（%）,45",
     "units in fields": '"Normal load","5","N"\n"Track radius","5","mm"\n"Speed","0.1","m/s"\n"RH","45","%"',
@@ -167,6 +169,10 @@ def test_a_ball_is_read_by_diameter_or_radius(line, facts):
         ("Load: 1,000.5 N", "the number in '1,000.5 N' for conditions.normal_load is not understood"),
         ("Load: 1 000 N", "the number in '1 000 N' for conditions.normal_load is not understood"),
         ("Normalkraft;0 N", "cannot be a force"),
+        ("Normal load [N];5;10;20", "several numbers follow the label of conditions.normal_load"),
+        ("Normal load;5 N;10 N", "several numbers"),
+        ("Load [N]: 5, 10, 20", "several numbers"),
+        ("Load,5,N,10,N", "several numbers"),
         ("Luftfeuchte;4500 %", "cannot be a percentage"),
         ("Kugel 100Cr6 6 mm", "may be the radius or the diameter"),
         ("Normalkraft;5 N\nLoad;10 N", "different values for conditions.normal_load"),
@@ -200,6 +206,7 @@ def test_a_row_of_units_states_nothing():
     """The s of seconds is not a label of the sliding distance."""
     assert header_facts("Zeit;Weg;Reibkraft\ns;m;N\n").notes == ()
     assert header_facts("s;m;\n").notes == ()
+    assert header_facts("    (s)       (N)      (um)\n").notes == ()
 
 
 @pytest.mark.parametrize(
@@ -230,6 +237,8 @@ def test_dates_are_those_that_can_be_told(lines, started):
         ("Temperatura: 22,5 ºC", {"conditions.temperature": "22.5 ºC"}),
         ("Test Load (lbs):,30", {LOAD: "133.447 N"}),
         ("Load: 500 g", {LOAD: "4.90332 N"}),
+        ("Load;5 N\nNormalkraft;5,0;N\nTest load;5000 mN", {LOAD: "5 N"}),
+        ("Load;5;N;Speed;0.1", {LOAD: "5 N"}),
         ("Schwingweite;1,00 mm", {"conditions.stroke": "1.00 mm"}),
         ("Ring Diameter (in):,1.3780", {"contact.ring.radius": "0.689 in"}),
         ("Block Width: 0.250 in", {"contact.block.width": "0.250 in"}),
@@ -449,8 +458,14 @@ def test_numbers_with_either_sign_are_the_same(number, unit):
         ("60 RPM", "rotational speed", 6.283185307179586),
         ("60 tr/min", "rotational speed", 6.283185307179586),
         ("60 obr/min", "rotational speed", 6.283185307179586),
+        ("5 UM", "length", 5e-6),
+        ("5 ?m", "length", 5e-6),
+        ("5 Âµm", "length", 5e-6),
         ("1 Min", "time", 60.0),
         ("3 sek", "time", 3.0),
+        ("3 Sekunden", "time", 3.0),
+        ("2 Stunden", "time", 7200.0),
+        ("2 Kg", "mass", 2.0),
         ("45 %RH", "percentage", 0.45),
         ("45 % r.F.", "percentage", 0.45),
         ("5 Pa", "pressure", 5.0),
@@ -462,6 +477,7 @@ def test_units_that_labs_type_are_understood(text, kind, si):
 
 def test_units_of_other_quantities_stay_what_they_are():
     assert is_unit_of("mN", "force")
+    assert not any(is_unit(unit) for unit in ("std", "STD", "max", "RMS"))  # statistics of other columns
     assert not any(is_unit_of(unit, "temperature") for unit in ("rpm", "N", "C"))
 
 
@@ -508,6 +524,7 @@ def test_axes_count_only_where_no_column_has_a_name_and_are_left_open_where_two_
         ("gb18030", "载荷：5 N", "时间(秒),摩擦力(N),磨损量(μm)"),
         ("cp932", "垂直荷重：5 N", "時間(s),摩擦力(N),摩耗深さ(μm)"),
         ("big5", "荷重：5 N", "時間(s),摩擦力(N),depth(um)"),
+        ("cp949", "하중: 5 N", "시간(s),마찰력(N),마모량(um)"),
     ],
 )
 def test_an_export_in_an_eastern_encoding_is_read_as_such(lab, encoding, header, names):
@@ -531,6 +548,43 @@ def test_a_length_that_may_be_the_depth_is_named(lab):
         "a.csv: no column was identified as the depth signal; if 'Antaa (µm)' is the depth, map it to depth under "
         "[signals.columns]"
     ]
+
+
+@pytest.mark.parametrize(
+    ("extra", "told"),
+    [
+        (";Friction max (N);Max COF", "if 'Friction max (N)' or 'Max COF' is the friction, map it"),
+        (";Fx (N);Fy (N)", "column 'Fy (N)' seems to be friction_force and is not used: another column"),
+        (";Friction", "column 'Friction' seems to be friction_force and is not used: its unit is unknown"),
+        (";Torque (N.m)", "column 'Torque (N.m)' seems to be friction_force and is not used: it could also be"),
+        (";COF;Fx (N);Fy (N)", None),
+    ],
+)
+def test_columns_that_may_be_the_friction_are_named(lab, extra, told):
+    rows = "".join(f"{n / 10:.1f};{n / 100:.2f}{';0.5' * extra.count(';')}\n" for n in range(40))
+    (lab / "a.csv").write_text(f"Time [s];Wear (µm){extra}\n{rows}", encoding="utf-8")
+    notes = [note for note in drafted(lab / "a.csv")[0].notes if "friction" in note.casefold()]
+    assert (told is None and not notes) or any(told in note for note in notes)
+
+
+@pytest.mark.parametrize(("stroke", "is_position"), [("1 mm", True), ("8 mm", False)])
+def test_a_displacement_by_the_stroke_is_the_position_along_it(lab, stroke, is_position):
+    (lab / "lab.toml").write_text(
+        f'schema = "tribopipe.template/1"\n[contact]\nkind = "reciprocating"\n[conditions]\nstroke = "{stroke}"\n',
+        "utf-8",
+    )
+    rows = "".join(f"{n / 100:.2f};{500 * np.sin(n):.1f};{2 * np.cos(n):.3f}\n" for n in range(500))
+    (lab / "a.csv").write_text(f"Time [s];Displacement [µm];Friction force [N]\n{rows}", encoding="utf-8")
+    made, _, document = drafted(lab / "a.csv", template=lab / "lab.toml")
+    assert ("depth" in document["signals"][0]["columns"]) != is_position
+    assert any("it may be the position along the stroke" in note for note in made.notes) == is_position
+
+
+def test_a_time_that_is_text_is_named(lab):
+    rows = "".join(f"1/2/25 9:00:0{n};0.5;5.{n}\n" for n in range(9))
+    (lab / "a.csv").write_text(f"Time;COF;Fn [N]\n{rows}", encoding="utf-8")
+    notes = drafted(lab / "a.csv")[0].notes
+    assert any("it contains text, first '1/2/25 9:00:00' in line 2" in note for note in notes)
 
 
 # --- other kinds of contact ---

@@ -511,6 +511,13 @@ def test_study_page_tells_warnings_on_a_curve_but_no_notes():
     assert line.notes == ("warning: depth: found x; do y", "far off")
 
 
+def test_study_page_does_not_repeat_a_warning_that_the_sentence_states():
+    finding = Finding(severity="warning", code="curve_shape", where="depth", message="found x", remedy="do y")
+    stated = verdict("a", findings=(finding,), notes=(), sentence="It is inconclusive: found x.")
+    (line,) = study_page_of(study(stated)).laws[0].agreement
+    assert line.notes == ("warning: do y",)
+
+
 def study(*runs: RunVerdict) -> StudyResult:
     law = LawResult(
         model="archard", bodies={"pin": StudiedBody(wear_coefficient=K, interval=ENDS)}, draws=9, rejected=0, runs=runs

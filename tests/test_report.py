@@ -5,6 +5,7 @@ import shutil
 from collections import Counter
 from dataclasses import dataclass, field, replace
 from html.parser import HTMLParser
+from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,10 +26,11 @@ from tribopipe.documents.study import Study
 from tribopipe.pipeline.stages import advance, ingest
 from tribopipe.pipeline.studies import run_study
 from tribopipe.results.evaluation import FrictionFit
+from tribopipe.results.study import AGREEMENT
 from tribopipe.views.canvas import ShownFigure
 from tribopipe.views.html.document import Stated, merged, options_used, run_report, study_report
 from tribopipe.views.html.document import test_sentence as sentence_on_tests
-from tribopipe.views.html.rendering import inline_svg, mathml
+from tribopipe.views.html.rendering import _symbols, inline_svg, mathml
 from tribopipe.views.page import probability
 from tribopipe.views.required_report_items import _mean, reporting_items
 from tribopipe.views.run_page import run_page
@@ -128,7 +130,7 @@ def assert_readable(page: Page) -> None:
 
 def flat(text: str) -> str:
     """Write symbols as their text is once the subscript is an element."""
-    return " ".join(re.sub(r"\b([kEFRKha])_(D|n|N|P|Ic|end|s|x|z|c)\b", r"\1\2", text).split())
+    return " ".join(re.sub(r"\b([kEFRKha])_(D|n|N|P|Ic|end|d|p|s|x|z|c)\b", r"\1\2", text).split())
 
 
 # --- a study ---
@@ -361,6 +363,7 @@ def test_run_without_a_fit_says_what_it_lacks(studied):
     page = Page(run_report(studied, [NO_END]))
     assert_readable(page)
     assert "no wear coefficient: missing a post-test measurement of the pin" in page.text
+    assert "kD not determined. Missing: a post-test measurement of the pin" in page.text
     assert "missing: add end_values.pin_scar_diameter to run.toml" in page.text
     assert "Drift of the depth sensor" not in page.text
     assert "(Eq. 3)" not in page.text
@@ -476,6 +479,27 @@ def test_equations_are_mathml():
         "<msubsup><mi>F</mi><mi>N</mi><mn>2</mn></msubsup></mrow></mfrac><mo>,</mo>"
         '<mspace width="1.5em"></mspace><mtext>&lt;b&gt;</mtext></mrow></math>'
     )
+
+
+def test_parentheses_are_as_tall_as_a_letter_unless_a_fraction_is_between_them():
+    assert mathml("( t )").count('<mo stretchy="false">') == 2
+    assert "<mo>(</mo><mfrac>" in mathml(r"\left( \frac{b}{2} \right)")
+
+
+def test_symbols_of_the_methods_have_subscripts():
+    assert _symbols("h_d and h_p of k_D") == "h<sub>d</sub> and h<sub>p</sub> of k<sub>D</sub>"
+
+
+def test_numbers_stay_on_one_line_with_uncertainty_and_unit():
+    told = _symbols("k_D = (7.47 ± 0.12)×10⁻⁹ mm³/(N·mm), 95 % CI: (7.23 to 7.70)×10⁻⁹ mm³/(N·mm), 2 runs to go")
+    assert told.replace("\u00a0", "_") == (
+        "k<sub>D</sub> = (7.47_±_0.12)×10⁻⁹_mm³/(N·mm), 95_% CI: (7.23_to_7.70)×10⁻⁹_mm³/(N·mm), 2 runs to go"
+    )
+
+
+def test_every_agreement_has_its_color_in_a_report():
+    css = (files("tribopipe.views.html") / "templates" / "report.css").read_text()
+    assert all(f".{word} " in css or f".{word}," in css for word in AGREEMENT.values())
 
 
 def test_what_runs_state_is_put_together():

@@ -328,3 +328,32 @@ def test_every_check_has_a_title():
     assert title("steady-room") == "steady room"
     assert max(map(len, TITLES.values())) <= 52
     assert all(seen(one) == one for one in TITLES.values())
+
+
+# --- errors, and runs with the same findings or without k_D ---
+
+
+def test_errors_are_wrapped_to_the_terminal(tmp_path):
+    (told,) = seen_at(80, tmp_path, ["ls"])
+    assert told.code == 1
+    assert told.lines[0].startswith("error: archive: found no archive")
+    assert max(map(_width, told.lines)) <= 80
+
+
+@pytest.fixture
+def without_bodies(short_runs, tmp_path) -> Path:
+    """A folder with two runs that do not describe the bodies."""
+    for run_id in (LIGHT, HEAVY):
+        shutil.copytree(short_runs / run_id, tmp_path / "runs" / run_id)
+        described = tmp_path / "runs" / run_id / "run.toml"
+        tables = re.split(r"(?m)^(?=\[)", described.read_text(encoding="utf-8"))
+        kept = [table for table in tables if not table.startswith(("[contact", "[end_values"))]
+        described.write_text("".join(kept), encoding="utf-8")
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_process_and_check_name_what_is_missing_and_repeat_no_sentence(without_bodies):
+    checked, processed = seen_at(80, without_bodies, ["check runs", "process runs --no-figures"])
+    assert any(line.startswith(f"{HEAVY}: ") and line.endswith(f": same as {LIGHT}") for line in checked.lines)
+    assert f"no k_D, missing the two bodies ([contact]): {LIGHT}, {HEAVY}" in processed.lines

@@ -190,10 +190,13 @@ def test_a_text_that_looks_like_a_time_is_text(text):
 
 
 def test_numbers_stored_as_text():
-    rows = [["Time [s]", "Ft [N]"], [0.5, "1,5"], [1.0, "2,5"]]
+    rows = [["Time [s]", "Ft [N]"], [0.5, "1,500"], [1.0, "2,500"]]  # may be thousands
     table = read(xlsx({"Data": rows}))
-    assert table.columns[1].first_bad == (2, "1,5")
-    assert columns(read(xlsx({"Data": rows}), decimal=",")) == {"Time [s]": [0.5, 1], "Ft [N]": [1.5, 2.5]}
+    assert table.columns[1].first_bad == (2, "1,500")
+    expected = {"Time [s]": [0.5, 1], "Ft [N]": [1.5, 2.5]}
+    assert columns(read(xlsx({"Data": rows}), decimal=",")) == expected
+    rows = [["Time [s]", "Ft [N]"], ["0,5", "1,500"], [1, "2,5"]]
+    assert columns(read(xlsx({"Data": rows}))) == expected
 
 
 @pytest.mark.parametrize(

@@ -89,6 +89,10 @@ _LAB_SPELLINGS = {
     **dict.fromkeys(("fpm", "sfpm"), "ft/min"),
     **dict.fromkeys(("%rh", "% rh", "% r.h.", "%rf", "% rf", "% r.f.", "%r.f."), "%"),
     **dict.fromkeys(("sek", "sek.", "sec", "sec.", "seg", "seg.", "秒"), "s"),
+    **dict.fromkeys(("sekunde", "sekunden", "secondes", "segundos", "secondi", "초"), "s"),
+    **dict.fromkeys(("minuten", "minutos", "minuti"), "min"),
+    **dict.fromkeys(("stunden", "heures", "horas", "ore", "hrs", "小时"), "h"),
+    "kg": "kg",
     **dict.fromkeys(("gm", "gms", "grams"), "g"),
     **dict.fromkeys(("newton", "newtons", "牛", "牛顿"), "N"),
     **dict.fromkeys(("meter", "metre", "meters", "metres"), "m"),
@@ -97,6 +101,8 @@ _LAB_SPELLINGS = {
     "分": "min",
     "hz": "Hz",
     **dict.fromkeys(("micron", "microns", "micra", "micras", "micromètres", "micrómetros"), "um"),
+    # Capitals, and what is left of µ where a program lost it or took its bytes for letters of their own.
+    **dict.fromkeys(("um", "?m", "\ufffdm", "â\u03bcm", "î¼m"), "um"),
     **dict.fromkeys(("mil", "mils"), "thou"),
     **dict.fromkeys(("kp", "kilopond"), "kgf"),
     # Torques, in which a pound is a force: ft-lb, lbf·in, in*lbs …
@@ -215,6 +221,11 @@ def is_unit(text: str) -> bool:
 def is_unit_of(text: str, kind: str) -> bool:
     """Return whether the text is a unit of a kind of number."""
     return is_unit(text) and _unit(text).dimension == _unit(KINDS[kind].si).dimension
+
+
+def is_same_unit(one: str, other: str) -> bool:
+    """Return whether two units are the same one in other words; "C" and "F" may be degrees as well."""
+    return _unit(one) == _unit(other) or any(text in ("C", "F") for text in (one, other))
 
 
 def is_rotational(text: str) -> bool:

@@ -20,10 +20,11 @@ from tribopipe.base.column_formatting import Number, number_column
 from tribopipe.base.units import from_si
 from tribopipe.browse.plots import PlotOffer
 from tribopipe.physics.laws import law_label
+from tribopipe.results.finding import TITLES, Finding
 from tribopipe.version import VERSION
 from tribopipe.views.csv_files import CSV_KINDS
 from tribopipe.views.decimation import Points, Shown, Window, shown
-from tribopipe.views.page import RunPage, StudyPage
+from tribopipe.views.page import LawPage, RunPage, StudyPage
 from tribopipe.views.plot import Curve, Panel, Plot, Unit, axis_label
 
 _COLOURED = ("archard", "sarkar")
@@ -179,10 +180,16 @@ def run_answer(run_id: str, page: RunPage, plots: Iterable[PlotOffer], tables: I
         **_shallow(page),
         "id": run_id,
         "file": f"{run_id}{SUFFIX}",
-        "findings": [{"severity": finding.severity, "text": str(finding)} for finding in page.findings],
+        "findings": [_finding(finding) for finding in page.findings],
         "plots": [_offer(plot) for plot in plots],
         "csv": [{"name": name, "meaning": CSV_KINDS[name]} for name in tables],
     }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    """Return a finding with its help topic; checks of other packages have none."""
+    help_topic = finding.code if finding.code in TITLES else None
+    return {"severity": finding.severity, "text": str(finding), "help": help_topic}
 
 
 def study_answer(study_id: str, page: StudyPage, plots: Iterable[PlotOffer]) -> dict[str, Any]:
@@ -205,16 +212,17 @@ def _offer(plot: PlotOffer) -> dict[str, Any]:
 
 
 def study_line(page: StudyPage) -> dict[str, Any]:
-    """Answer a study in one line: its runs, and how many agree with each law."""
-    laws = (f"{law_label(law.model)}: {_counted(line.outcome for line in law.agreement)}" for law in page.laws)
+    """Answer a study in one line: its runs, and how many of the predicted ones agree with each law."""
+    tallies = ((law_label(law.model), _of_predicted(law)) for law in page.laws)
     return {
         "id": page.id,
         "title": page.title,
         "fitted": page.fitted,
         "predicted": page.predicted,
-        "agreement": "; ".join(laws),
+        "agreement": "; ".join(f"{law}: {tally}" for law, tally in tallies if tally),
     }
 
 
-def _counted(outcomes: Iterable[str]) -> str:
-    return ", ".join(f"{count} {outcome}" for outcome, count in Counter(outcomes).items())
+def _of_predicted(law: LawPage) -> str:
+    outcomes = Counter(line.outcome for line in law.agreement if line.role == "predicted")
+    return ", ".join(f"{count} {outcome}" for outcome, count in outcomes.items())

@@ -164,9 +164,9 @@ def main() -> None:
         app()
     except Exception as error:  # noqa: BLE001 - nobody should see a traceback
         from tribopipe.base.failures import in_a_sentence
-        from tribopipe.cli.output import say_where_to_read
+        from tribopipe.cli.output import say, say_where_to_read
 
         told = in_a_sentence(error)
-        typer.echo(f"error: {told}", err=True)
+        say(f"error: {told}")
         say_where_to_read([told.code])
         sys.exit(1)

@@ -82,8 +82,10 @@ def _wrapped(line: str, width: int) -> Sequence[str]:
     return wrapped(line, width, "", " " * (len(line) - len(line.lstrip()) + 2))
 
 
-_WITHIN_NUMBER = re.compile(r"(?<=\d) (?=[±µmnNs°%])|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)")
-"""A space within a number with its uncertainty and unit."""
+_WITHIN_NUMBER = re.compile(
+    r"(?<=\d) (?=[±µmnNs°%]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)"
+)
+"""A space within an interval, or a number with its uncertainty and unit."""
 
 
 _COMMAND = re.compile("`[^`]*`")

@@ -53,20 +53,20 @@ def by_kind(found: Iterable[tuple[str, Finding]]) -> Problems:
 def short_lines(problems: Problems, width: int | None, most: int) -> list[str]:
     """Format problems as at most ``most`` lines that fit a width; the last one counts the remaining problems."""
     shown = list(problems.items()) if len(problems) <= most else list(problems.items())[: most - 1]
-    lines = [_shortened(f"{severity}: {title(code)}: ", ids, width) for (severity, code), ids in shown]
+    lines = [shortened(f"{severity}: {title(code)}: ", ids, width) for (severity, code), ids in shown]
     if len(shown) < len(problems):
         lines.append(f"and {len(problems) - len(shown)} more: `tribopipe show RUN`, or -v")
     return lines
 
 
-def _shortened(what: str, ids: Sequence[str], width: int | None) -> str:
+def shortened(what: str, ids: Sequence[str], width: int | None) -> str:
     """Name as many runs as fit on a line, and count the others."""
     for named in range(len(ids), 0, -1):
         left = f" and {len(ids) - named} more" if named < len(ids) else ""
         line = f"{what}{', '.join(ids[:named])}{left}"
         if width is None or len(line) <= width:
             return line
-    return f"{what}{counted(len(ids), 'run')}"
+    return f"{what}{ids[0] if len(ids) == 1 else counted(len(ids), 'run')}"
 
 
 _OF_BODIES = ("material", "shape", "radius", "radius of the flat", "crown radius", "diameter")

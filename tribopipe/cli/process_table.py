@@ -8,7 +8,7 @@ from tribopipe.base.errors import counted
 from tribopipe.base.units import SPECIFIC_WEAR_RATE, WEAR_COEFFICIENT, pretty
 from tribopipe.cli.listing import Cells, chosen_columns, rows_of
 from tribopipe.cli.output import line_width, print_result, say, table
-from tribopipe.cli.overview import Problems, by_kind, number, short_lines
+from tribopipe.cli.overview import Problems, by_kind, number, short_lines, shortened
 from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.preprocessing import CleanUp
 from tribopipe.physics.laws import law_heading, law_label
@@ -54,13 +54,16 @@ class RunRow(NamedTuple):
     friction: "Quantity | None"
     agreement: str
     flags: str
+    missing: tuple[str, ...]
+    """Why there is no k_D."""
     problems: tuple[Finding, ...]
 
 
 def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Iterable[str] = ()) -> RunRow:
     """Return the row of a run."""
     results = {name: step.result for name, step in outline.steps.items()}
-    fit = next((one for one in fits_of(results.values()) if one.bodies), None)
+    fits = list(fits_of(results.values()))
+    fit = next((one for one in fits if one.bodies), None)
     friction, cleaned, contact = results.get("friction_fit"), results.get("clean_up"), outline.manifest.contact
     problems = tuple(
         one
@@ -86,6 +89,7 @@ def run_row(outline: "RunOutline", studies: "Sequence[StudyResult]", failed: Ite
         (friction.steady_state or friction.mean) if isinstance(friction, FrictionFit) else None,
         _agreement(outline.manifest.id, "" if fit is None else fit.model, studies),
         ", ".join(filter(None, flags)),
+        fits[0].missing if fits and fit is None else (),
         problems,
     )
 
@@ -121,7 +125,7 @@ def show_processed(
     power = power_for([*_all_coefficients(rows), *(_number(one) for study in studies for one in _of_study(study))])
     captions = _captions(rows, power)
     differ = len({row.engine for row in rows} - {None}) > 1
-    room = _room(len(families), studies, len(_problems(rows)), len(captions))
+    room = _room(len(families), studies, len(_problems(rows)) + len(_missing(rows)), len(captions))
     print_result("\n".join(captions))
     for place, (family, members) in enumerate(families.items()):
         taken, room = members if room is None else members[:room], None if room is None else room - len(members)
@@ -255,7 +259,19 @@ def _problems(rows: Sequence[RunRow]) -> Problems:
     return by_kind((row.id, finding) for row in rows for finding in row.problems)
 
 
+def _missing(rows: Sequence[RunRow]) -> dict[str, list[str]]:
+    """Return the runs without k_D, by what is missing."""
+    missing: dict[str, list[str]] = {}
+    for row in rows:
+        if row.missing:
+            missing.setdefault(" and ".join(row.missing), []).append(row.id)
+    return missing
+
+
 def say_problems(rows: Sequence[RunRow]) -> None:
-    """Yield one line per problem: the problem, and the runs that have it."""
-    for line in short_lines(_problems(rows), line_width(on_stderr=True), _PROBLEMS):
+    """Print one line per problem: the problem, and the runs that have it."""
+    width = line_width(on_stderr=True)
+    for what, ids in _missing(rows).items():
+        say(shortened(f"no k_D, missing {what}: ", ids, width))
+    for line in short_lines(_problems(rows), width, _PROBLEMS):
         say(line)

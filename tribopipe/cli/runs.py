@@ -28,6 +28,7 @@ from tribopipe.cli.output import (
     finish,
     followed,
     in_order,
+    line_width,
     print_json,
     print_result,
     record_json,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from tribopipe.documents.plan import TwinDiscTruth
     from tribopipe.documents.quantity import Quantity
     from tribopipe.pipeline.stages import Outcome
+    from tribopipe.results.finding import Finding
 
 RunPaths = Annotated[list[Path], typer.Argument(help="Run folders, or folders that contain them.", metavar="RUN")]
 
@@ -74,6 +76,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
     """
     folders, failures = run_folders(paths)
     documents, sound, codes = [], True, []
+    first: dict[tuple[str, str], str] = {}
     for path, looked in _checked(folders):
         if looked.error is not None:
             failures.append(looked)
@@ -84,7 +87,7 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         told = [record_json(finding) for finding in findings]
         documents.append({"path": str(path), "id": looked.run_id, "findings": told})
         for finding in findings:
-            print_result(f"{looked.run_id}: {finding.severity}: {finding}")
+            print_result(f"{looked.run_id}: {finding.severity}: {_once(finding, looked.run_id, first)}")
         if not findings:
             print_result(f"{looked.run_id}: no problems found")
     for failure in failures:
@@ -95,6 +98,14 @@ def check(paths: RunPaths, as_json: AsJson = False) -> None:
         print_json({"runs": documents + unread})
     if failures or not sound:
         raise typer.Exit(FAILED)
+
+
+def _once(finding: "Finding", run_id: str, first: dict[tuple[str, str], str]) -> str:
+    """Return a finding; on a terminal, refer to the first run that has the same. ``first`` has the run of each."""
+    other = first.setdefault((finding.severity, str(finding)), run_id)
+    if other == run_id or line_width() is None:
+        return str(finding)
+    return f"{finding.where}: same as {other}"
 
 
 def _checked(folders: list[Path]) -> "Iterator[tuple[Path, Outcome]]":

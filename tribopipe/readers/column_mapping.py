@@ -19,13 +19,11 @@ from tribopipe.documents.signals import SIGNALS, SignalName
 from tribopipe.readers.column_meanings import Meaning, is_synonym, meanings_of, unit_for
 from tribopipe.readers.number_fields import remarks
 from tribopipe.readers.reader import Hints, ReadColumn, ReadTable
-from tribopipe.readers.tables import bare_name, is_number
+from tribopipe.readers.tables import GROUPED, bare_name, is_number
 from tribopipe.results.run import AT_A_LEVER, OF_ANOTHER_KIND, READ_IN, ExtraColumn, SourceFile
 
 T = TypeVar("T")
 _MOST = 1e60
-_GROUPED = re.compile(r"[+-]?\d{1,3}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?", re.ASCII)
-"""Number whose thousands are separated."""
 _POWER = r"(?:10\s*(?:\^|\*\*)\s*[-+]?\d|10[⁻²³⁴⁵⁶]+|1000|1e-?\d)"
 _TURNS = r"(?:rev|turn|lap|cyc|rot|umdr|tour|obr)\w*\.?"
 _FACTOR = re.compile(
@@ -131,19 +129,7 @@ def column_in_si(
 
     Raises ``ReaderError`` where not all of it are numbers, or the unit is missing or of another kind.
     """
-    if column.first_bad is not None:
-        line, text = column.first_bad
-        wanted, remedy = [], ""
-        if is_number(text, ".,"):
-            wanted.append("with the decimal separator of the others")
-        if _GROUPED.fullmatch(text):
-            wanted.append("without thousands separators")
-            remedy = "export the file again without them, "
-        raise ReaderError(
-            f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for "
-            f"{' '.join([meaning, ' and '.join(wanted)]).strip()}; {remedy}correct that line, leave the field empty "
-            "for a missing sample, or map another column"
-        )
+    _refuse_text(column, meaning, file)
     unit = unit_for(kind, unit_of(column, source))
     if unit is None and not needs_unit(kind) and (factor := _FACTOR.search(column.name)):
         units = '"kcount" for thousands, or "count"' if kind == "count" else '"permille" for thousandths, or "1"'
@@ -165,6 +151,28 @@ def column_in_si(
         return np.asarray(to_si(values, unit or "1", kind), dtype=float)
     except UnitError as error:
         raise ReaderError(f"{file}, column {column.name!r} for {meaning}: {error}") from None
+
+
+def _refuse_text(column: ReadColumn, meaning: str, file: str) -> None:
+    """Refuse a column in which a field is no number."""
+    if column.first_bad is None:
+        return
+    line, text = column.first_bad
+    if text == column.name:
+        raise ReaderError(
+            f"{file}, line {line}: found the header row again; expected one table per file; split the file there"
+        )
+    wanted, remedy = [], ""
+    if is_number(text, ".,"):
+        wanted.append("with the decimal separator of the others")
+    if GROUPED.fullmatch(text):
+        wanted.append("without thousands separators")
+        remedy = "export the file again without them, "
+    raise ReaderError(
+        f"{file}, line {line}, column {column.name!r}: found {text!r}; expected a number for "
+        f"{' '.join([meaning, ' and '.join(wanted)]).strip()}; {remedy}correct that line, leave the field empty "
+        "for a missing sample, or map another column"
+    )
 
 
 def _refuse_absurd(values: Column, where: str, meaning: str, before: int) -> None:

@@ -25,53 +25,62 @@ from tribopipe.readers.tables import bare_name
 # As plain_name writes names: small letters and digits alone, accents taken off.
 _SYNONYMS: dict[SignalName, str] = {
     "time": (
-        "testtime elapsedtime runtime clock clocktime timestamp datetime uhrzeit "
+        "testtime elapsedtime elapsed runtime clock clocktime timeofday timestamp datetime uhrzeit zeitstempel "
         "t zeit messzeit testzeit versuchszeit czas tiempo temps tempo tid aika "
-        "cas tempsessai tiempoensayo czastarcia 时间 時間 试验时间 試験時間 経過時間"
+        "cas tempsessai tiempoensayo czastarcia 时间 時間 试验时间 試験時間 経過時間 "
+        "시간 경과시간 시험시간"
     ),
     "rotations": (
         "revolutions numberofrevolutions umdrehungen anzahlumdrehungen obroty liczbaobrotow vueltas giri "
-        "laps numberoflaps runden anzahlrunden tours nombretours numerovueltas 圈数 周数 総回転数 累積回転数"
+        "laps numberoflaps runden anzahlrunden tours nombretours numerovueltas 圈数 周数 総回転数 累積回転数 "
+        "voltas numerovoltas 누적회전수"
     ),
     "sliding_distance": (
         "distance totaldistance slidedistance distanz weg gleitweg reibweg droga drogatarcia dystans "
         "distancia distanciatotal distanciadeslizamiento distancetotale distanceglissement distancefrottement distanza "
-        "slidingdist s 距离 滑动距离 滑行距离 距離 すべり距離 摺動距離"
+        "slidingdist s 距离 滑动距离 滑行距离 距離 すべり距離 摺動距離 "
+        "distanciapercorrida 거리 미끄럼거리 마찰거리 이동거리"
     ),
     "sliding_speed": (
         "speed velocity slidingvelocity linearspeed linearvelocity geschwindigkeit gleitgeschwindigkeit "
         "predkosc predkoscposlizgu velocidad velocidadlineal vitesse vitesseglissement velocita "
-        "gleitgeschw vitesselineaire 速度 滑动速度 线速度 すべり速度 摺動速度"
+        "gleitgeschw vitesselineaire 速度 滑动速度 线速度 すべり速度 摺動速度 "
+        "velocidade velocidadedeslizamento velocidadelinear 속도 미끄럼속도 선속도"
     ),
     "normal_force": (
         "fn fz nf load normalload appliedload normalkraft last normallast belastung kraftnormal silanormalna "
         "nacisk obciazenie carga carganormal cargaaplicada fuerzanormal charge chargenormale "
         "chargeappliquee forcenormale carico forzanormale obciazenienormalne "
-        "载荷 法向载荷 法向力 正压力 荷重 垂直荷重 試験荷重"
+        "载荷 法向载荷 法向力 正压力 荷重 垂直荷重 試験荷重 "
+        "forcanormal 하중 수직하중 수직력"
     ),
     "friction_force": (
         "ff ft fr friction frictionload frictionalforce tangentialforce lateralforce reibkraft reibungskraft "
         "frictiontorque reibmoment reibungsmoment momenttarcia tangentialkraft tarcie silatarcia fuerza "
         "fuerzafriccion fuerzarozamiento friccion rozamiento forcefrottement forcetangentielle forzaattrito "
-        "fuerzatangencial frottement 摩擦力"
+        "fuerzatangencial frottement 摩擦力 "
+        "forcaatrito forcatangencial atrito 마찰력"
     ),
     "friction_coefficient": (
         "mu cof coefffriction coeffoffriction coefficientoffriction coefficientfriction reibwert reibzahl "
         "reibungszahl reibungskoeffizient reibkoeffizient wspolczynniktarcia coeficientefriccion coefficientefriccion "
         "coeficienterozamiento coefficientfrottement coefficienteattrito wspolczynnik coeffrottement "
-        "coeffriccion coefrozamiento coeffriction 摩擦系数 摩擦因数 摩擦係数"
+        "coeffriccion coefrozamiento coeffriction 摩擦系数 摩擦因数 摩擦係数 "
+        "coeficienteatrito 마찰계수"
     ),
     "depth": (
         "weardepth penetrationdepth penetration displacement lineardisplacement wear linearwear lvdt tiefe verschleiss "
         "verschleisstiefe eindringtiefe zuzycie zuzycieliniowe profundidad profundidaddesgaste desgaste h "
         "profondeur profondeurpenetration profondeurusure usure profondita usura weartrackdepth verschleissweg "
         "verschleissbetrag linearerverschleiss wegaufnehmer usurelineaire enfoncement desgastelineal przemieszczenie "
-        "磨损深度 磨损量 摩耗量 磨损位移 位移 摩耗深さ 変位"
+        "磨损深度 磨损量 摩耗量 磨损位移 位移 摩耗深さ 変位 "
+        "profundidade profundidadedesgaste profundidadepenetracao desgastelinear 마모깊이 마모량 변위"
     ),
-    "temperature": ("temp t temperatur temperatura temperatureambiante 温度 試験温度 试验温度"),
+    "temperature": ("temp t temperatur temperatura temperatureambiante 温度 試験温度 试验温度 온도"),
     "relative_humidity": (
         "humidity rh relhumidity humidite umidita feuchte luftfeuchte luftfeuchtigkeit relativefeuchte "
-        "wilgotnosc wilgotnoscwzgledna humedad humedadrelativa humiditerelative 相对湿度 湿度 相対湿度"
+        "wilgotnosc wilgotnoscwzgledna humedad humedadrelativa humiditerelative 相对湿度 湿度 相対湿度 "
+        "umidade umidaderelativa humidade humidaderelativa 습도 상대습도"
     ),
 }
 _AXES: dict[SignalName, str] = {"friction_force": "fx fy", "depth": "z"}
@@ -87,19 +96,33 @@ _OTHER_SPEED = re.compile(
 """Beginnings or parts of the names of speeds at which no bodies slide."""
 _SLOWEST = 1e-5
 """Value in m/s of the smallest unit in which sliding speeds are recorded; wear rates are in smaller ones."""
-_PARTICLES = re.compile(r"(?<![^\W_])(?:d(?:[aeiu]|el|ella|es)|l(?:[ae]|as|es|os)|[dl](?=['’]))(?![^\W_])")
+_PARTICLES = re.compile(r"(?<![^\W_])(?:d(?:[aeiou]s?|el|ella)|l(?:[ae]|as|es|os)|[dl](?=['’]))(?![^\W_])")
 """Articles and prepositions of Romance languages between the words of a name: "fuerza de fricción", "durée d'essai"."""
 _FIRST_OF_THE_EAST = "\u2e80"
 """First of the Chinese and Japanese characters."""
+_KOREAN = ("\u1100", "\u11ff")
+"""First and last of the parts of Korean syllables."""
+_OF_SAMPLES = re.compile(
+    r"mean|avg|average|actual|act|measured|ist|mittel|mittelwert|gemittelt|moyen|moyenne|medio|media|promedio|平均"
+)
+"""Words in names that do not change which signal a column is: the mean of the samples in an interval is a sample."""
+_SCRIPTS = re.compile(r"[\u2e80-\U0001ffff]+|[^\W\d_\u2e80-\U0001ffff]+")
+"""Words, which end where another script begins: "载荷Load"."""
+_IN_BRACKETS = re.compile(r"(?P<bare>[^\[\](){}]+)[\[(](?P<unit>[^\[\](){}]+)[\])]")
 NO_UNIT = "its unit is unknown"
+UNKNOWN_UNIT = "is not a known unit"
 By = Literal["from the format", "from its name"]
 
 
 def plain(name: str) -> str:
-    """Write a name in small letters and digits, without articles and scripts other than Latin, Chinese and Japanese."""
+    """Write a name in small letters and digits, without articles and scripts other than those of known names."""
     spelt = _PARTICLES.sub("", name.casefold()).translate({ord("ł"): "l", ord("µ"): "mu", ord("μ"): "mu"})
     kept = unicodedata.normalize("NFKD", spelt)
-    return "".join(sign for sign in kept if sign.isalnum() and (sign.isascii() or sign >= _FIRST_OF_THE_EAST))
+    return "".join(sign for sign in kept if sign.isalnum() and (sign.isascii() or _is_of_the_east(sign)))
+
+
+def _is_of_the_east(sign: str) -> bool:
+    return sign >= _FIRST_OF_THE_EAST or _KOREAN[0] <= sign <= _KOREAN[1]
 
 
 _NAMED, _ON_AXES, _TURNING = (
@@ -128,10 +151,10 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
     """Report what columns mean, by name: by the format, else by their own names where the unit fits.
 
     Signals that are ``given`` by other columns are left out. No two columns are the same signal: the format's word goes
-    before a signal's own name, that before a synonym, that before an axis such as Fx, that before a symbol such as v
-    with its unit, and that before a unit alone. Where two synonyms stand for one signal both are in doubt. A column of
-    numbers keeps its meaning although a field of it is none, for which it is refused later; one of words has a meaning
-    that cannot be taken.
+    before a signal's own name, that before a synonym, that before the words of a name such as "Normalkraft Fn", that
+    before an axis such as Fx, that before a symbol such as v with its unit, and that before a unit alone. Where two
+    synonyms stand for one signal both are in doubt. A column of numbers keeps its meaning although a field of it is
+    none, for which it is refused later; one of words has a meaning that cannot be taken.
     """
     counted = Counter(column.name for column in columns)
     named = [column for column in columns if counted[column.name] == 1 and column.name]
@@ -141,7 +164,7 @@ def meanings_of(columns: Sequence[ReadColumn], given: frozenset[SignalName] = fr
         if column.signal is not None and not _taken(column.signal, found):
             doubt = NO_UNIT if column.unit is None and not _fits(None, column.signal) else ""
             found[column.name] = Meaning(column.signal, "from the format", doubt)
-    for told in (_by_own_name, _by_synonym, _by_axis, _by_symbol, _by_unit):
+    for told in (_by_own_name, _by_synonym, _by_words, _by_axis, _by_symbol, _by_unit):
         left = [column for column in numbers if column.name not in found]
         _add_named([column for column in left if told(column) not in given], found, told)
     if not {"friction_force", "friction_coefficient"} & {*given, *(meaning.signal for meaning in found.values())}:
@@ -159,7 +182,7 @@ def _strange(column: ReadColumn) -> Meaning | None:
     by: By = "from the format" if column.signal else "from its name"
     signal = own or _by_synonym(column)
     if signal is None:
-        return None
+        return _with_unknown_unit(column)
     if column.first_bad is not None and not is_mostly_numbers(column):
         line, text = column.first_bad
         return Meaning(signal, by, f"it contains text, first {text!r} in line {line}", synonym=own is None)
@@ -171,19 +194,53 @@ def _strange(column: ReadColumn) -> Meaning | None:
     return Meaning(signal, by, f"its unit {column.unit!r} is not a unit of {SIGNALS[signal].kind}", synonym=True)
 
 
+def _with_unknown_unit(column: ReadColumn) -> Meaning | None:
+    """Report which signal a column is called as, if its name ends in brackets with something that is no unit."""
+    written = _IN_BRACKETS.fullmatch(column.name)
+    signal = None if written is None or column.unit else _signal_of(written["bare"], None)
+    if written is None or signal is None:
+        return None
+    return Meaning(signal, "from its name", f"{written['unit']!r} {UNKNOWN_UNIT}", synonym=True)
+
+
 def is_synonym(column: ReadColumn, signal: SignalName) -> bool:
     """Return whether a column that is a signal by its name is called otherwise than the signal."""
     return column.signal is None and _by_own_name(column) != signal
 
 
 def _by_own_name(column: ReadColumn) -> SignalName | None:
-    name = plain_name(column)
+    return _own(plain_name(column))
+
+
+def _own(name: str) -> SignalName | None:
     return next((signal for signal in SIGNALS if name == signal.replace("_", "")), None)
 
 
 def _by_synonym(column: ReadColumn) -> SignalName | None:
     """Return the signal for the name of a column, preferably one that fits its unit."""
     return _meant(column, _NAMED)
+
+
+def _by_words(column: ReadColumn) -> SignalName | None:
+    """Return the signal of a mean, "Fn mean", or of a name whose two parts mean one signal: "Normalkraft Fn"."""
+    written = _SCRIPTS.findall(bare_name(column.name))
+    words = [word for word in written if not _OF_SAMPLES.fullmatch(word.casefold())]
+    kept = plain("".join(words))
+    if len(words) < len(written) and (signal := _own(kept) or _of_name(kept, column.unit, _NAMED)):
+        return signal
+    for end in range(1, len(words)):
+        first, second = (_signal_of("".join(part), column.unit) for part in (words[:end], words[end:]))
+        if first is not None and first == second:
+            return first
+    return None
+
+
+def _signal_of(name: str, unit: str | None) -> SignalName | None:
+    """Return the signal for a name, a synonym, or the symbol of a speed."""
+    short = plain(name)
+    if unit is not None and is_unit_of(unit, "speed") and _SLIDING_SPEED.fullmatch(short):
+        return "sliding_speed"
+    return _own(short) or _of_name(short, unit, _NAMED)
 
 
 def _by_axis(column: ReadColumn) -> SignalName | None:
@@ -213,9 +270,12 @@ def _by_torque(column: ReadColumn) -> SignalName | None:
 
 
 def _meant(column: ReadColumn, named: Mapping[SignalName, frozenset[str]]) -> SignalName | None:
-    name = plain_name(column)
+    return _of_name(plain_name(column), column.unit, named)
+
+
+def _of_name(name: str, unit: str | None, named: Mapping[SignalName, frozenset[str]]) -> SignalName | None:
     meant = [signal for signal in SIGNALS if name in named.get(signal, ())]
-    return next((signal for signal in meant if _fits(column.unit, signal)), meant[0] if meant else None)
+    return next((signal for signal in meant if _fits(unit, signal)), meant[0] if meant else None)
 
 
 _OTHER_SENSES: dict[Callable[[ReadColumn], SignalName | None], str] = {
@@ -261,8 +321,8 @@ def _fits(unit: str | None, signal: SignalName) -> bool:
 
 
 def unit_for(kind: str, unit: str | None) -> str | None:
-    """Return a unit as a kind of number has it: of a temperature, "C" is no coulomb."""
-    return "degC" if kind == "temperature" and unit == "C" else unit
+    """Return a unit as a kind of number has it: of a temperature, "C" is no coulomb and "F" no farad."""
+    return f"deg{unit}" if kind == "temperature" and unit in ("C", "F") else unit
 
 
 def plain_name(column: ReadColumn) -> str:
@@ -274,6 +334,12 @@ _FRICTION_NAMES = re.compile(r"\bcof\b|friction|\bmu\b|\bµ\b|reibwert|reibzahl"
 _FRICTION_UNITS = (None, "1", "-", "", "%", "1/µm", "1/um")
 _LEAST_FRICTION, _LARGEST_FRICTION = 1e-3, 3.0
 """Limits of the median of a friction coefficient."""
+
+
+def may_be_friction(column: ReadColumn) -> bool:
+    """Return whether a column of numbers is named after friction, and its unit fits."""
+    fits = column.unit in _FRICTION_UNITS or _fits(column.unit, "friction_force")
+    return fits and column.first_bad is None and _FRICTION_NAMES.search(column.name) is not None
 
 
 class Definition(NamedTuple):

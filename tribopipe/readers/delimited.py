@@ -2,15 +2,15 @@
 
 What the reader finds by itself, and the manifest's word overrides:
 
-* encoding: byte order marks, UTF-16 without one, strict UTF-8, then a Chinese or Japanese one in which a word of
-  tribometers stands, cp1252, latin-1;
+* encoding: byte order marks, UTF-16 without one, strict UTF-8, then a Chinese, Japanese or Korean one in which a word
+  of tribometers stands, cp1252, latin-1;
 * separator: tab, semicolon, bar, comma, or runs of blanks. A comma separates only where nothing
   stronger does and numbers are written with a point;
 * decimal separator: point or comma.
 
 Line ends may be LF, CRLF, lone CR or a mixture; blank lines are skipped. Lines above the table are
 kept verbatim. Units stand in a row above or below the row of names, or inside the names: "Depth [um]",
-"Fz (N)", "time / s". Rows may end in separators that the header does not have.
+"Fz (N)", "time / s", "load_N". Rows may end in separators that the header does not have.
 
 "", "NaN", "nan" and "NA" are missing samples, and so are placeholders such as "OVL" or "---", which are counted.
 Anything else that is no plain finite number leaves its column as text, with line and text of the first. Where the
@@ -29,12 +29,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import is_unit
+from tribopipe.base.units import is_same_unit, is_unit
 from tribopipe.readers.clock_times import is_clock_time, with_clock_times
 from tribopipe.readers.layout import Layout, find_layout
 from tribopipe.readers.number_fields import Parsed, parse_fields
 from tribopipe.readers.reader import Hints, Holds, Match, Placeholders, ReadColumn, ReadTable, refused
-from tribopipe.readers.tables import MISSING, find_table, meant_unit, split_name, without_brackets
+from tribopipe.readers.tables import (
+    GROUPED,
+    MISSING,
+    Table,
+    find_table,
+    meant_unit,
+    split_name,
+    unit_in_brackets,
+    without_brackets,
+)
 from tribopipe.readers.text import BLANKS, LONGEST_LINE, SAMPLE_BYTES, Row, Text, decode, split_rows
 from tribopipe.results.run import SourceFile
 
@@ -71,7 +80,7 @@ class DelimitedReader:
         first = table.rows[table.body].cells
         numeric = table.numeric | {n for n in table.textual if n < len(first) and is_clock_time(first[n])}
         if len(numeric) < 2 and table.textual:
-            return Match(0.3, f"only one of {table.width} columns contains numbers")
+            return Match(0.3, _why_texts(table))
         if _NO_TABLE.match(table.rows[0].cells[0]) or any("=" in row.cells for row in table.rows[table.body :]):
             return Match(0.3, "it looks like a document, settings or a program")
         share = len(numeric) / table.width
@@ -84,6 +93,18 @@ class DelimitedReader:
         text, left_out = without_closing_words(text, layout)
         table = with_clock_times(read_table(text, layout))
         return replace(table, notes=(*table.notes, *left_out))
+
+
+def _why_texts(table: Table) -> str:
+    """Report that most columns hold texts, such as numbers with thousands separators."""
+    fields = ((row.line, cell) for row in table.rows[table.body :] for cell in row.cells)
+    line, grouped = next(((line, cell) for line, cell in fields if GROUPED.fullmatch(cell)), (0, ""))
+    if grouped:
+        return (
+            f"line {line} contains {grouped!r}; expected numbers without thousands separators; export the table "
+            "without them"
+        )
+    return f"only one of {table.width} columns contains numbers"
 
 
 def without_closing_words(text: Text, layout: Layout) -> tuple[Text, list[str]]:
@@ -121,6 +142,7 @@ def read_table(text: Text, layout: Layout, *, keep_empty: bool = False) -> ReadT
     if not all(column.missing.all() for column in parsed[len(layout.names) :]):
         raise _too_wide(text, layout)
     names, notes = _unique_names(layout.names)
+    notes += _contradicting_units(layout)
     lines = _line_numbers(text, layout, {row for column in parsed for row in _rows_to_name(column)})
     columns = tuple(
         _column(name, column, _unit(layout, number), lines)
@@ -171,8 +193,24 @@ def _unique_names(written: tuple[str, ...]) -> tuple[list[str], list[str]]:
 
 
 def _unit(layout: Layout, column: int) -> str | None:
+    name, row = layout.names[column], _unit_in_row(layout, column)
+    return unit_in_brackets(name) or row or split_name(name)[1]
+
+
+def _unit_in_row(layout: Layout, column: int) -> str | None:
     below = without_brackets(layout.units[column]) if column < len(layout.units) else ""
-    return split_name(layout.names[column])[1] or (meant_unit(below) if is_unit(below) else None)
+    return meant_unit(below) if is_unit(below) else None
+
+
+def _contradicting_units(layout: Layout) -> Iterator[str]:
+    """Report columns whose name has another unit than the row of units."""
+    for column, name in enumerate(layout.names):
+        named, row = split_name(name)[1], _unit_in_row(layout, column)
+        if named and row and not is_same_unit(named, row):
+            yield (
+                f"column {name!r} has another unit in the row of units, {row}, than in its name, {named}; "
+                f"{_unit(layout, column)} is used"
+            )
 
 
 def _body_start(text: Text, layout: Layout) -> int:

@@ -2,8 +2,8 @@
 
 A line is a label and a value between a tab, semicolon, bar, colon, equals sign, comma or two blanks; the unit stands
 behind the number, in a field of its own, or in brackets behind the label. A line that begins with a ball is read as
-its material and size. Nothing is guessed: a number without a unit, a size that may be a radius or a diameter and two
-values for one key are named in a note, and not taken.
+its material and size. Nothing is guessed: a number without a unit, several numbers behind one label, a size that may be
+a radius or a diameter and two values for one key are named in a note, and not taken.
 """
 
 import re
@@ -26,25 +26,31 @@ _QUANTITIES: dict[str, tuple[str, str]] = {
     "conditions.track_radius": (
         "length",
         "bahnradius spurradius reibradius laufradius trackradius weartrackradius testradius rayonpiste rayonrotation "
-        "radiopista radiohuella radiogiro promientarcia 轨道半径 摩擦半径 旋转半径 回転半径 摺動半径",
+        "radiopista radiohuella radiogiro promientarcia raiopista raiotrilha raiodesgaste "
+        "마찰반경 회전반경 轨道半径 摩擦半径 旋转半径 回転半径 摺動半径",
     ),
     "conditions.rotational_speed": (
         "rotational speed",
         "drehzahl rpm rotationalspeed rotationspeed vitesserotation velocidadrotacion velocidadgiro predkoscobrotowa "
-        "转速 回転速度 回転数",
+        "rotacao velocidaderotacao 转速 回転速度 回転数 회전속도",
     ),
     "conditions.stroke": (
         "length",
-        "hub hublange schwingweite schwingungsweg stroke strokelength course carrera skok 行程 冲程 ストローク",
+        "hub hublange schwingweite schwingungsweg stroke strokelength course carrera skok curso "
+        "行程 冲程 ストローク 스트로크",
     ),
-    "conditions.frequency": ("frequency", "frequenz frequency frequence frecuencia czestotliwosc 频率 周波数"),
+    "conditions.frequency": (
+        "frequency",
+        "frequenz frequency frequence frecuencia czestotliwosc frequencia 频率 周波数 주파수",
+    ),
     "contact.pin.diameter": (
         "length",
-        "kugeldurchmesser balldiameter diametrebille diametrobola srednicakulki 球直径 ボール直径 ボール径",
+        "kugeldurchmesser balldiameter diametrebille diametrobola srednicakulki diametroesfera "
+        "球直径 ボール直径 ボール径 볼직경",
     ),
     "contact.pin.radius": (
         "length",
-        "kugelradius ballradius rayonbille radiobola promienkulki 球半径 ボール半径",
+        "kugelradius ballradius rayonbille radiobola promienkulki raioesfera 球半径 ボール半径 볼반경",
     ),
     "contact.block.width": ("length", "blockwidth blockbreite"),
     "contact.ring.radius": ("length", "ringradius"),
@@ -205,13 +211,19 @@ def header_facts(header: str, names: Iterable[str] = (), *, commas: bool = False
         else:
             found.setdefault(key, []).append(Fact(value, line))
     for key, facts in found.items():
-        if len({fact.value for fact in facts}) > 1:
+        if len(_sizes(key, facts)) > 1:
             listed = " and ".join(repr(line) for line in dict.fromkeys(fact.line for fact in facts))
             notes.append(f"the header lines {listed} give different values for {key}; none of them is used")
-    once = {key: facts[0] for key, facts in found.items() if len({fact.value for fact in facts}) == 1}
+    once = {key: facts[0] for key, facts in found.items() if len(_sizes(key, facts)) == 1}
     return HeaderFacts(
         {key: fact.value for key, fact in once.items()}, {key: fact.line for key, fact in once.items()}, tuple(notes)
     )
+
+
+def _sizes(key: str, facts: Iterable[Fact]) -> set[float | str]:
+    """Return the different values of a key; 5 N and 5.0 N are the same."""
+    kind = _QUANTITIES[key][0] if key in _QUANTITIES else None
+    return {fact.value if kind is None else parse(fact.value, kind) for fact in facts}
 
 
 def _names_columns(line: str, columns: frozenset[str]) -> bool:
@@ -221,7 +233,7 @@ def _names_columns(line: str, columns: frozenset[str]) -> bool:
 
 def _is_row_of_units(line: str) -> bool:
     """Return whether all fields of a line are units, the s of seconds and not of a sliding distance among them."""
-    cells = [cell.strip(_BLANKS) for cell in re.split(r"[\t;|,]", _bare(line))]
+    cells = [cell.strip(_BLANKS) for cell in re.split(r"[\t;|,]|\s{2,}", _bare(line))]
     return len(cells) > 1 and is_unit_row(cells)
 
 
@@ -268,7 +280,7 @@ def _quantity(key: str, label: _Label, *, commas: bool) -> tuple[str, str | None
     """Return key and value of a quantity, or why it is not taken and none."""
     kind = _QUANTITIES[key][0]
     found = _NUMBER.fullmatch(label.cells[0]) if label.cells else None
-    if found is None:
+    if found is None or _more_numbers_follow(found["unit"], label.cells[1:]):
         return _why_no_number(key, label), None
     units = [found["unit"].strip(), *label.cells[1:2], label.unit or ""]
     unit = next((unit.strip("[]() ") for unit in units if unit and is_unit(unit.strip("[]() "))), None)
@@ -292,8 +304,18 @@ def _quantity(key: str, label: _Label, *, commas: bool) -> tuple[str, str | None
     return key, written
 
 
+def _more_numbers_follow(behind: str, cells: Sequence[str]) -> bool:
+    """Return whether a line continues with another number, as in "Load [N];5;10;20" or "Load [N]: 5, 10"."""
+    if re.search(r"\d", behind) and not is_unit(behind.strip("[]() ")):
+        return True
+    fields = (cell for cell in cells if not is_unit(cell.strip("[]() ")) or _NUMBER.fullmatch(cell))
+    return _NUMBER.fullmatch(next(fields, "")) is not None
+
+
 def _why_no_number(key: str, label: _Label) -> str:
     written = "".join(label.cells[:1])
+    if _NUMBER.fullmatch(written):
+        return f"several numbers follow the label of {key}"
     if not written.lstrip("+-")[:1].isdigit():
         return f"no number follows the label of {key}"
     return f"the number in {written!r} for {key} is not understood; write it without thousands separators"

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 from tribopipe.base.errors import ReaderError
-from tribopipe.base.units import is_unit
+from tribopipe.base.ordinary_units import ORDINARY
+from tribopipe.base.units import is_unit, is_unit_of
 from tribopipe.readers.reader import Hints
 from tribopipe.readers.text import BLANKS, MOST_COLUMNS, SAMPLE_LINES, Row, Text, sample_lines, sampled_rows, trimmed
 
@@ -44,15 +45,33 @@ def is_gap(cell: str) -> bool:
     return cell in MISSING or is_placeholder(cell)
 
 
+GROUPED = re.compile(r"[+-]?\d{1,3}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?", re.ASCII)
+"""Number whose thousands are separated."""
 INTEGER = re.compile(r"[+-]?\d+", re.ASCII)
 _COUNT = re.compile(r"\d{1,18}", re.ASCII)
-_UNIT_IN_WORD = re.compile(r"(?P<bare>[^\s/]+)/(?P<unit>\S+)")
+_UNIT_BEHIND_SLASH = re.compile(r"(?P<bare>[^/]*[^\s/])/(?P<unit>\S+)")
 _UNITS_IN_NAMES = (
     re.compile(r"(?P<bare>.+)\[(?P<unit>[^\[\]]*)\]"),
     re.compile(r"(?P<bare>.+)\((?P<unit>(?:[^()]|\([^()]*\))*)\)"),
+    re.compile(r"(?P<bare>.+)[{<](?P<unit>[^{}<>]*)[}>]"),
     re.compile(r"(?P<bare>.+)\s/\s+(?P<unit>\S+)"),
-    _UNIT_IN_WORD,
+    _UNIT_BEHIND_SLASH,
 )
+_UNITS_WITHOUT_BRACKETS = (
+    re.compile(r"(?P<bare>.+),\s(?P<unit>\S+)"),
+    re.compile(r"(?P<bare>.+)\sin\s(?P<unit>\S+)"),
+    re.compile(r"(?P<bare>.*[^\W_])_(?P<unit>[^\s_]+)"),
+)
+_FEWEST_LETTERS = (
+    dict.fromkeys(ORDINARY, 1)
+    | dict.fromkeys(("µm", "μm", "mm3", "µs", "us", "sec", "gf", "kgf", "lb", "lbf", "mil", "mps", "Nm", "Nmm"), 1)
+    | {"N": 2, "s": 3, "m": 3, "g": 3, "h": 3, "K": 3}
+)
+"""Units without brackets, with the fewest letters of a name before each: F_N is the normal force, v_m a mean speed."""
+_IN_RPM = re.compile(r"(?:.*[\s_])?(?P<unit>rpm)", re.IGNORECASE)
+_OF_TIME = re.compile(r"t|(?i:.*(?:time|stamp|elapsed|zeit|dauer|temps|tiempo|tempo))")
+_SYMBOLS = {"t": "time", "T": "temperature", "s": "length", "h": "length", "F": "force"}
+"""Kind of quantity by symbols that are units as well: "t/s" is a time in s, and no tonnes per second."""
 _CLOCK_FORM = re.compile(r"[\[(]\s*(?:h{1,2}:)?m{1,2}:s{1,2}(?:[.,]\w+)?\s*[\])]$", re.IGNORECASE | re.ASCII)
 """How times of day are written, behind a name: "Time (hh:mm:ss)"."""
 _LONE_PREFIXES = ("µ", "μ", "u")
@@ -66,16 +85,56 @@ def split_name(name: str) -> tuple[str, str | None]:
     """Split a column's name as a header writes it into name and unit; what is longer than any name has none."""
     if len(name) > _LONGEST_NAME:
         return name, None
+    return _split_at_brackets(name) or _split_without_brackets(name)
+
+
+def unit_in_brackets(name: str) -> str | None:
+    """Return the unit that a name has in brackets or behind a slash."""
+    split = _split_at_brackets(name) if len(name) <= _LONGEST_NAME else None
+    return split and split[1]
+
+
+def _split_at_brackets(name: str) -> tuple[str, str | None] | None:
     name = name.translate(_WIDE_BRACKETS)
     for pattern in _UNITS_IN_NAMES:
         matched = pattern.fullmatch(name)
         if matched is None:
             continue
         bare, unit = matched["bare"].rstrip().rstrip(" /"), matched["unit"].strip()
-        # "m/s" and "rev/min" alone are units, not names with one.
-        if bare and is_unit(unit) and not (pattern is _UNIT_IN_WORD and is_unit(bare)):
+        if bare and is_unit(unit) and not (pattern is _UNIT_BEHIND_SLASH and _ends_in_unit(name)):
             return bare, meant_unit(unit)
-    return name, None
+    return None
+
+
+def _ends_in_unit(name: str) -> bool:
+    """Return whether the slash in a name is that of a unit: "m/s", "rev/min", "Speed m/s"."""
+    last = name.split()[-1]
+    return is_unit(last.partition("/")[0]) and not _is_symbol_with_unit(last)
+
+
+def _split_without_brackets(name: str) -> tuple[str, str | None]:
+    """Split "Load, N", "Load in N" or "load_N" into name and unit."""
+    for pattern in _UNITS_WITHOUT_BRACKETS:
+        matched = pattern.fullmatch(name)
+        if matched is not None and _is_measured_in(matched["bare"], matched["unit"]):
+            return matched["bare"].rstrip(), matched["unit"]
+    turning = _IN_RPM.fullmatch(name)
+    return name, turning and turning["unit"]
+
+
+def _is_measured_in(bare: str, unit: str) -> bool:
+    """Return whether a word behind a name is a unit: "min" one of times alone, "C" one of temperatures."""
+    if unit in ("C", "F"):
+        return "temp" in bare.casefold()
+    if unit not in _FEWEST_LETTERS:
+        return False
+    return _OF_TIME.fullmatch(bare) is not None if is_unit_of(unit, "time") else len(bare) >= _FEWEST_LETTERS[unit]
+
+
+def _is_symbol_with_unit(name: str) -> bool:
+    symbol, _, unit = name.partition("/")
+    kind = _SYMBOLS.get(symbol.strip())
+    return kind is not None and is_unit_of(unit.strip(), kind)
 
 
 def meant_unit(written: str) -> str | None:
@@ -94,6 +153,12 @@ def bare_name(name: str) -> str:
     return _CLOCK_FORM.sub("", bare.translate(_WIDE_BRACKETS)).rstrip() or bare
 
 
+def is_named_in_minutes(name: str) -> bool:
+    """Return whether a name states that times are in minutes and seconds: "Time (mm:ss)"."""
+    form = _CLOCK_FORM.search(name.translate(_WIDE_BRACKETS))
+    return form is not None and "h" not in form[0].casefold()
+
+
 def without_brackets(cell: str) -> str:
     """Strip brackets off a unit: "[um]" is "um"."""
     return cell[1:-1].strip() if cell[:1] + cell[-1:] in ("[]", "()") else cell
@@ -104,6 +169,8 @@ def is_unit_row(cells: Iterable[str]) -> bool:
     units = [without_brackets(cell) for cell in cells if cell]
     if units and units[0].lower() in _UNIT_ROW_LABELS:
         del units[0]
+    if any(map(_is_symbol_with_unit, units)):
+        return False
     return not all(map(INTEGER.fullmatch, units)) and all(map(is_unit, units))
 
 

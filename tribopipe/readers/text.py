@@ -22,8 +22,9 @@ _EASTERN = {
     "gb18030": ("时间", "摩擦", "载荷", "磨损", "速度"),
     "cp932": ("時間", "摩擦", "荷重", "摩耗", "速度"),
     "big5": ("時間", "摩擦", "荷重", "磨損", "速度"),
+    "cp949": ("시간", "마찰", "하중", "마모", "속도"),
 }
-"""Words of tribometers that show a Chinese or Japanese encoding."""
+"""Words of tribometers that show a Chinese, Japanese or Korean encoding."""
 _NO_CHARSETS = ("unicode-escape", "raw-unicode-escape", "idna", "punycode")
 """Python codecs for text in ASCII that emit warnings or take quadratic time."""
 LINE_END = re.compile(rb"\r\n?|\n")
@@ -93,7 +94,7 @@ def _guessed(source: SourceFile, partial: bool) -> Text:
 
 
 def eastern_encoding(head: bytes) -> str | None:
-    """Recognize a Chinese or Japanese encoding by a word of tribometers; none where there is no such word."""
+    """Recognize a Chinese, Japanese or Korean encoding by a word of tribometers; none where there is no such word."""
     found = (name for name, words in _EASTERN.items() if any(word.encode(name) in head for word in words))
     return next(found, None)
 

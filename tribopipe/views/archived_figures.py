@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 RUN_CAPTIONS = {
     "depth": (
-        "Depth signal: sensor reading, its zero offset and drift, and the corrected wear, if available. The corrected "
-        "wear ends at the post-test measurement (bar: 95 % interval)."
+        "Depth signal: sensor reading, its zero offset and drift, and the corrected wear, if available (bar: post-test "
+        "measurement, 95 % interval)."
     ),
     "friction": "Measured friction coefficient with its fit; below, the residuals.",
     "clean-up": "Signals as recorded and after preprocessing.",

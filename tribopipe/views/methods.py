@@ -285,7 +285,7 @@ _BLOCK = Method(
     "Wear volume of a block on a ring",
     "The block, of width B, wears to a cylindrical segment of the radius r of the ring. With a scar of width b along "
     "the sliding direction,",
-    (Equation(r"V = B ( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} ) = k_D F_N S"),),
+    (Equation(r"V = B \left( r^2 \arcsin \frac{b}{2 r} − \frac{b}{4} \sqrt{4 r^2 − b^2} \right) = k_D F_N S"),),
     "S = ∫ f ds is the effective sliding distance; f is the factor of the wear law, 1 for Archard's law.",
     (G77,),
 )

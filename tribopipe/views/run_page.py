@@ -344,7 +344,7 @@ def _followed(manifest: RunManifest) -> tuple[Fact, ...]:
 
 def _instrument(manifest: RunManifest) -> tuple[Fact, ...]:
     return facts(
-        ("tribometer", None if manifest.contact is None else manifest.contact.kind.replace("-", " ")),
+        ("tribometer", None if manifest.contact is None else manifest.contact.kind),
         ("instrument", manifest.instrument),
         ("operator", manifest.operator),
         ("started", None if manifest.started is None else moment(manifest.started)),

@@ -110,7 +110,11 @@ def _with_interval(found: StudiedBody) -> str:
 
 
 def _agreement_line(verdict: RunVerdict) -> AgreementLine:
-    warnings = (f"warning: {one}" for one in verdict.findings if one.severity == "warning")
+    warnings = (
+        f"warning: {one.remedy if one.message in verdict.sentence else one}"
+        for one in verdict.findings
+        if one.severity == "warning"
+    )
     agreement, notes = AGREEMENT[verdict.outcome], (*warnings, *verdict.notes)
     return AgreementLine(verdict.id, verdict.role, agreement, verdict.sentence, notes)
 
@@ -189,7 +193,7 @@ def _of_body(body: BodyVerdict, unit: str | None) -> Iterator[tuple[str, str]]:
     yield f"model{end}", by_law
     yield "95 % CI", between(body.predicted_interval, shown_in).removesuffix(f" {pretty(shown_in)}")
     yield "E_n", signed(body.e_n, 2)
-    yield "along", signed(body.e_n_all, 2)
+    yield "E_n, curve", signed(body.e_n_all, 2)
     yield "k_D / study k_D", str(body.coefficient_ratio)
     yield "agreement", AGREEMENT[body.outcome]
 

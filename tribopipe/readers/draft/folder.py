@@ -36,6 +36,7 @@ from tribopipe.readers.draft.run_toml import (
     Draft,
     depth_left_open,
     friction_left_open,
+    left_in_doubt,
     manifest_text,
     units_contradicted,
 )
@@ -266,7 +267,8 @@ def _new_run(plan: RunPlan, problem: str | None, accepted: Sequence[str]) -> New
     notes = dict.fromkeys(f"{export.name}: {note}" for export in plan.exports for note in export.notes)
     notes |= dict.fromkeys([*draft.known.dissent, *draft.known.in_dispute(), *profiles_left_open(draft.known)])
     notes |= dict.fromkeys(note for group in draft.groups if (note := _one_test(group)))
-    notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export)))
+    notes |= dict.fromkeys(note for export in plan.exports if (note := friction_left_open(export, draft.columns)))
+    notes |= dict.fromkeys(note for group in draft.groups for note in left_in_doubt(group.first, draft))
     notes |= dict.fromkeys(note for export in plan.exports if (note := depth_left_open(export, draft.columns)))
     for export in plan.exports:
         notes |= dict.fromkeys(units_contradicted(export, draft.columns, draft.template))

@@ -8,15 +8,24 @@ from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from tribopipe.base.errors import ReaderError
 from tribopipe.base.units import KINDS, is_unit_of, pretty, to_si
 from tribopipe.documents.manifest import MANIFEST_SCHEMA
-from tribopipe.documents.signals import SIGNALS, SignalName
+from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.readers.column_mapping import contradiction, find_column
-from tribopipe.readers.column_meanings import NO_UNIT, definitions_note, friction_definitions
+from tribopipe.readers.column_meanings import (
+    NO_UNIT,
+    UNKNOWN_UNIT,
+    definitions_note,
+    friction_definitions,
+    may_be_friction,
+)
 from tribopipe.readers.draft.blanks import blanks_of
 from tribopipe.readers.draft.known_values import (
     Known,
+    alike,
     bodies_of,
     comment,
     needed_bodies_of,
@@ -58,6 +67,7 @@ class Mapped(NamedTuple):
         return ", ".join(part for part in (shown, self.by, self.doubt) if part)
 
 
+ONE_OF_SEVERAL = "one of"
 _TELLS_SPEED: tuple[SignalName, ...] = ("sliding_speed", "sliding_distance", "rotations")
 
 
@@ -95,11 +105,12 @@ def _with_open_units(export: Export, found: list[Mapped]) -> list[Mapped]:
 
 def _with_definitions(export: Export, found: list[Mapped]) -> list[Mapped]:
     """Offer the columns that define friction differently, where none of them is taken."""
+    names = [one.column for one in friction_definitions(export.table.columns)]
+    found = [one for one in found if one.column.name not in names or not one.doubt.endswith(UNKNOWN_UNIT)]
     if any(one.signal == "friction_coefficient" for one in found):
         return found
     columns = {column.name: column for column in export.table.columns}
-    names = [one.column for one in friction_definitions(export.table.columns)]
-    doubt = f"one of {len(names)} definitions of friction"
+    doubt = f"{ONE_OF_SEVERAL} {len(names)} definitions of friction"
     return found + [Mapped("friction_coefficient", columns[name], "from its name", doubt=doubt) for name in names]
 
 
@@ -159,10 +170,68 @@ def _is_small(unit: str) -> bool:
     return is_unit_of(unit, "length") and to_si(1.0, unit, "length") < _LARGEST_DEPTH_UNIT
 
 
-def friction_left_open(export: Export) -> str | None:
-    """Report which columns of a file define friction differently; nothing where there is one at most."""
-    note = definitions_note(export.table.columns, export.friction) if export.reader.holds == "signals" else None
-    return note and f"{export.name}: {note}"
+def friction_left_open(export: Export, told: Mapping[str, Any]) -> str | None:
+    """Report columns that define friction differently, or may be the friction where no column is known to be it."""
+    if export.reader.holds != "signals":
+        return None
+    if note := definitions_note(export.table.columns, export.friction):
+        return f"{export.name}: {note}"
+    found = [repr(column.name) for column in export.table.columns if may_be_friction(column)]
+    if not found or any(one.signal in _FRICTION for one in mapped_columns(export, told, "")):
+        return None
+    return (
+        f"{export.name}: no column was identified as the friction signal; if {' or '.join(found)} is the friction, map "
+        "it to friction_force or friction_coefficient under [signals.columns]"
+    )
+
+
+_FRICTION: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
+_NEEDED: tuple[tuple[SignalName, ...], ...] = (AXES, _FRICTION, ("depth",))
+"""Signals of which one at least is used where it was recorded."""
+_MOST_NAMED = 3
+
+
+def left_in_doubt(export: Export, draft: "Draft") -> Iterator[str]:
+    """Report needed signals for which there are columns, none of which is used."""
+    if export.reader.holds != "signals":
+        return
+    mapped = _with_strokes_in_doubt(mapped_columns(export, draft.columns, ""), draft)
+    for signals in _NEEDED:
+        found = [one for one in mapped if one.signal in signals]
+        if not all(one.doubt for one in found):
+            continue
+        for one in [one for one in found if not one.doubt.startswith(ONE_OF_SEVERAL)][:_MOST_NAMED]:
+            remedy = "" if one.column.first_bad else "; if it is correct, remove the # from its line in run.toml"
+            yield (
+                f"{export.name}: column {one.column.name!r} seems to be {one.signal} and is not used: "
+                f"{one.doubt}{remedy}"
+            )
+
+
+_STROKE = "conditions.stroke"
+_ABOUT_THE_STROKE = 0.2
+"""Largest relative difference between a range and the stroke."""
+
+
+def _with_strokes_in_doubt(mapped: Sequence[Mapped], draft: "Draft") -> list[Mapped]:
+    """Doubt a displacement whose range is the stroke: it is the position of a body rather than its wear."""
+    stroke = draft.known.given.get(_STROKE)
+    if stroke is None or "depth" in draft.columns:
+        return list(mapped)
+    why = "its range is the stroke, so that it may be the position along the stroke"
+    return [
+        one._replace(doubt=why)
+        if one.signal == "depth" and not one.doubt and alike(_STROKE, _range(one), stroke.value, _ABOUT_THE_STROKE)
+        else one
+        for one in mapped
+    ]
+
+
+def _range(mapped: Mapped) -> str:
+    """Return the range of a recorded length, without single values far off."""
+    values = mapped.column.values if mapped.column.first_bad is None else np.array([])
+    low, high = np.nanpercentile(values, (1, 99)) if np.any(np.isfinite(values)) else (0.0, 0.0)
+    return f"{high - low:.6g} {mapped.unit or mapped.column.unit}"
 
 
 _WIDTH = 110
@@ -283,7 +352,8 @@ def _signals(group: Group, draft: Draft) -> list[str]:
     track_key = track_key_of(draft.known.kind)
     is_known = track_key in draft.known.given and not (track_key.startswith("contact.") and draft.known.bodies_lack)
     needed = "" if is_known else track_key
-    first, mapped = group.first, mapped_columns(group.first, draft.columns, f"from {draft.template}", needed)
+    first = group.first
+    mapped = _with_strokes_in_doubt(mapped_columns(first, draft.columns, f"from {draft.template}", needed), draft)
     lines = [
         _Line("[[signals]]"),
         *_files(group),

@@ -82,7 +82,7 @@ class AntonPaarReader(HeaderRowReader):
 
 def _with_meaning(column: ReadColumn) -> ReadColumn:
     key = bare_key(column.name)
-    unit = column.unit or _mended_unit(column.name) or _BY_DEFINITION.get(key)
+    unit = _mended_unit(column.name) or column.unit or _BY_DEFINITION.get(key)
     return replace(column, unit=unit, signal=_SIGNALS.get(key))
 
 

@@ -9,8 +9,7 @@
 * Several structs, or elements of an array of structs, that each hold a table are tests, one of which has to be chosen,
   as in a workbook: ``runs(2).data``.
 * Numbers and texts next to the vectors, further outside or in structs of their own are the header, one line each.
-* A unit may stand at the end of a name, "time_s", "Fn_N", "wear_um". F_N is the normal force, μ_s the static friction:
-  after a symbol of one or two letters, s and m are none, nor is N after one letter.
+* A unit may stand at the end of a name, as in any text: "time_s", "Fn_N", "wear_um".
 * After the head, each variable has its type and length, 4 bytes each, and its contents.
 * Tables, dates and other objects of MATLAB are left out, since only MATLAB reads them: table2struct helps.
 """
@@ -27,6 +26,7 @@ from tribopipe.base.errors import ReaderError
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.readers.table_parts import join_parts, several_tests, tests_among, unknown_sheet
+from tribopipe.readers.tables import split_name
 from tribopipe.results.run import SourceFile
 
 _MAGIC = b"MATLAB 5.0 MAT-file"
@@ -34,14 +34,6 @@ _HDF5 = b"MATLAB 7.3 MAT-file"
 _HEAD, _TAG = 128, 8
 """Bytes before the variables, and before the contents of each: its type, and its length."""
 _REMEDY = "save it again in MATLAB with save(…, '-v7')"
-_UNITS = {
-    **dict.fromkeys(("ms", "min", "mN", "kN", "gf", "mm", "um", "nm", "mps", "rpm", "Hz", "degC"), 1),
-    "N": 2,
-    "s": 3,
-    "m": 3,
-}
-"""Units at the end of a name, with the fewest letters of the name before each."""
-_SPELLINGS = {"mps": "m/s"}
 _OMITTED = "is omitted: no vector of real numbers of the same length, and no list of column names"
 
 
@@ -109,21 +101,14 @@ def _read(said: list[dict[str, Any]], numbers: NDArray[np.float64]) -> Iterator[
         columns = []
         for column in table["columns"]:
             end = start + column["rows"]
-            columns.append(ReadColumn(column["name"], numbers[start:end].astype(np.float64), _split(column["name"])[1]))
+            unit = split_name(column["name"])[1]
+            columns.append(ReadColumn(column["name"], numbers[start:end].astype(np.float64), unit))
             start = end
         header = "".join(f"{_label(name)}\t{value}\n" for name, value in table["settings"])
         notes = [f"variable {name!r} {_OMITTED}" for name in table["omitted"]]
         yield table["name"] or "workspace", ReadTable(tuple(columns), header, tuple(notes))
 
 
-def _split(name: str) -> tuple[str, str | None]:
-    """Split the name of a variable into name and unit."""
-    bare, _, unit = name.rpartition("_")
-    if len(bare) < _UNITS.get(unit, len(name)) and (bare, unit) != ("t", "s"):
-        return name, None
-    return bare, _SPELLINGS.get(unit, unit)
-
-
 def _label(name: str) -> str:
-    bare, unit = _split(name)
+    bare, unit = split_name(name)
     return f"{bare} [{unit}]" if unit else bare

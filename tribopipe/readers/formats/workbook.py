@@ -8,8 +8,8 @@
   on from each to the next, as in a test with more rows than a sheet holds, they are segments of one test. Sheets
   without a table, and lists of settings, are left out, hidden sheets with a note; lists are part of the header.
 * Numbers are read with all digits stored, whatever a cell shows. Empty cells and errors (#DIV/0!) are missing samples;
-  a formula gives the value that the spreadsheet program saved. A number stored as text is text, unless it is written
-  with a point, or with the decimal separator that run.toml names.
+  a formula gives the value that the spreadsheet program saved. Numbers stored as text are read with a point, or with
+  the decimal separator that run.toml names, or with a comma where one of them shows that it is a decimal one.
 * A column of durations is given in seconds, one of times of day or of dates with times in seconds since the first row;
   times of day of several sheets count from the first row of the first sheet.
 
@@ -44,7 +44,7 @@ from tribopipe.documents.signals import SignalName
 from tribopipe.readers.clock_times import OF_DAY, of_day, past_midnight
 from tribopipe.readers.delimited import read_table
 from tribopipe.readers.headed_tables import bare_key
-from tribopipe.readers.layout import find_layout
+from tribopipe.readers.layout import Decimal, find_layout
 from tribopipe.readers.reader import Hints, Holds, Match, ReadColumn, ReadTable
 from tribopipe.readers.subprocess_readers import answer_of
 from tribopipe.readers.table_parts import (
@@ -94,6 +94,8 @@ _LONGEST_LIST = 200
 _INTERVALS = 3
 """Sampling intervals within which a test goes on in the next sheet."""
 _REMEDY = "save the workbook again, without a password, or export the table as text"
+_DECIMAL_COMMA = re.compile(r"(?:^|\t)[+-]?\d+,(?:\d{1,2}|\d{4,})(?=\t|$)", re.ASCII | re.MULTILINE)
+"""Number stored as text whose comma cannot stand between thousands."""
 _DURATION = re.compile(r"PT(-?\d+(?:\.\d+)?(?:e[+-]?\d+)?)S")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d(?P<time>T\d\d:\d\d:\d\d(?:\.\d{1,6})?)?")
 """Date with its time, or without one, as calamine gives midnight."""
@@ -124,8 +126,7 @@ class WorkbookReader:
 
     def read(self, source: SourceFile, hints: Hints) -> ReadTable:
         """Parse the file; ``ReaderError`` where it is damaged or locked, or holds no table, or several."""
-        decimal = hints.decimal or "."
-        filled = _filled_sheets(source, decimal)
+        filled, decimal = _sheets_and_decimal(source, hints)
         chosen = [sheet for sheet in filled if sheet["visible"]]
         if hints.sheet is not None:
             chosen = [sheet for sheet in filled if sheet["name"] == hints.sheet]
@@ -152,8 +153,8 @@ class WorkbookReader:
 
     def sheets(self, source: SourceFile, hints: Hints) -> list[str]:
         """Name the visible sheets that hold a table like that of a test. Raises ``ReaderError`` where none does."""
-        decimal = hints.decimal or "."
-        visible = [sheet for sheet in _filled_sheets(source, decimal) if sheet["visible"]]
+        filled, decimal = _sheets_and_decimal(source, hints)
+        visible = [sheet for sheet in filled if sheet["visible"]]
         tables = _tables(source, visible, Hints(None, "\t", decimal))
         return list(tests_among(tables)) or list(tables)[:1]
 
@@ -205,6 +206,14 @@ def _refuse_bombs(source: SourceFile) -> None:
             f"{source.name}: found {size >> 20} MB in the unpacked sheets; expected at most {_MOST_BYTES >> 20} MB; "
             "export the table as text instead"
         )
+
+
+def _sheets_and_decimal(source: SourceFile, hints: Hints) -> tuple[list[dict[str, Any]], Decimal]:
+    """Return the sheets that are not empty, and the decimal separator of their numbers, even if stored as text."""
+    sheets = _filled_sheets(source, hints.decimal or ".")
+    if hints.decimal is None and any(_DECIMAL_COMMA.search(sheet["text"]) for sheet in sheets):
+        return _filled_sheets(source, ","), ","
+    return sheets, hints.decimal or "."
 
 
 def _filled_sheets(source: SourceFile, decimal: str) -> list[dict[str, Any]]:

@@ -20,6 +20,7 @@ from tribopipe.documents.contact_kinds import spoken
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.recipe import Recipe
 from tribopipe.results.study import StudyResult
+from tribopipe.results.wear_fit import fits_of
 from tribopipe.views.archived_figures import RUN_CAPTIONS, run_figures, study_caption, study_figures
 from tribopipe.views.html.particulars import NOBODY, Addressed
 from tribopipe.views.html.rendering import inline_svg, rendered
@@ -199,6 +200,12 @@ class _RunCard:
     def facts(self) -> list[Merged]:
         """Content of run.toml, for a table of several runs."""
         return merged({self.page.id: _facts(self.page)})
+
+    @property
+    def missing(self) -> str:
+        """What is missing for k_D; empty if there is a k_D, or no law was fitted."""
+        fits = list(fits_of(step.result for step in self.outline.steps.values()))
+        return "" if any(fit.bodies for fit in fits) else " and ".join(fits[0].missing if fits else ())
 
     @property
     def results(self) -> TextTable:

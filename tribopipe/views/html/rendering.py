@@ -2,7 +2,8 @@ r"""Rendering of reports: templates that escape text from users, MathML equation
 
 Equations are written in the little of TeX that they need. Letters, numbers and signs stand for themselves; ``_`` and
 ``^`` with one of them or a group in braces; \frac{}{}, \sqrt{}, \text{} and \quad. So "k_D = \frac{V}{F_N s}" is a
-fraction with two subscripts. Nothing in a figure runs or loads, and no two figures share a name. PDF is printed by a
+fraction with two subscripts. Parentheses are as tall as a letter; those after \left and \right, as tall as what they
+enclose. Nothing in a figure runs or loads, and no two figures share a name. PDF is printed by a
 browser that is installed: Chromium, Chrome or Edge.
 """
 
@@ -74,6 +75,11 @@ def _one(tokens: deque[str]) -> Markup:
         return _QUAD
     if token.startswith("\\text"):
         return _element("mtext", escape(token[len("\\text{") : -1]))
+    if token in ("\\left", "\\right"):
+        return _element("mo", escape(tokens.popleft()))
+    if token in ("(", ")"):
+        # Without a font for mathematics, browsers stretch them to twice the height of a line.
+        return Markup('<mo stretchy="false">{}</mo>').format(token)
     return _element(_kind(token), escape(token))
 
 
@@ -171,7 +177,11 @@ _UNSEEN = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]"
 )
 """Characters that are invisible, or reverse the order of others."""
-_SYMBOL = re.compile(r"\b([kEFRKha])_(D|n|N|P|Ic|end|s|x|z|c)\b")
+_SYMBOL = re.compile(r"\b([kEFRKha])_(D|n|N|P|Ic|end|d|p|s|x|z|c)\b")
+_WITHIN_NUMBER = re.compile(
+    r"(?<=\d) (?=[±µmnNs°%]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)"
+)
+"""A space within an interval, or a number with its uncertainty and unit; lines are not broken there."""
 _LOWER_WORD = re.compile(r"[a-z]{2,}\b")
 
 
@@ -201,8 +211,9 @@ def _visible(value: Any) -> Any:
 
 
 def _symbols(text: str) -> Markup:
-    """Write k_D and similar symbols with a subscript."""
-    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(_visible(text)))))  # noqa: S704, escaped
+    """Write k_D and similar symbols with a subscript, and numbers with their units without line breaks."""
+    whole = _WITHIN_NUMBER.sub("\u00a0", _visible(text))
+    return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(whole))))  # noqa: S704, escaped
 
 
 def _moment(date: str) -> str:

@@ -121,7 +121,8 @@ export interface Run {
   tags: string[];
   remarks: Remark[];
   facts: FactGroup[];
-  findings: { severity: string; text: string }[];
+  /** With the topic of `tribopipe help` that explains it; null for a check of another package. */
+  findings: { severity: string; text: string; help: string | null }[];
   stages: Stage[];
   sources: Source[];
   raw_sha256: string;

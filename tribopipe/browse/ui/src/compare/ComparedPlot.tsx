@@ -46,8 +46,17 @@ function Drawn({ plot, ids, onZoom }: Props) {
   if (!plot.panels.some(({ lines, marks }) => lines.length + marks.length > 0)) {
     return <Empty title="These runs have no data for this plot." />;
   }
-  return <PlotView plot={named} onZoom={onZoom} height={HEIGHT} colourBy="run" legendByRun runs={ids} />;
+  const without = ids.filter((id) => !hasData(plot, id));
+  return (
+    <>
+      <PlotView plot={named} onZoom={onZoom} height={HEIGHT} colourBy="run" legendByRun runs={ids} />
+      {without.length > 0 && <p className="soft">No data for this plot: {without.join(", ")}</p>}
+    </>
+  );
 }
+
+const hasData = ({ panels }: Plot, id: string): boolean =>
+  panels.some(({ lines, marks }) => [...lines, ...marks].some(({ run }) => run === id));
 
 /** The plot with the run in the name of everything: lines of several runs are called alike. */
 function withRuns(plot: Plot): Plot {

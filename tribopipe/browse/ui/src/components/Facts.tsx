@@ -1,4 +1,5 @@
 import type { Fact } from "../api";
+import { unbroken } from "../run/words";
 
 /** Names and values beside each other. */
 export function Facts({ facts }: { facts: Fact[] }) {
@@ -7,7 +8,7 @@ export function Facts({ facts }: { facts: Fact[] }) {
       {facts.map(({ name, value }, index) => (
         <div key={index} className="fact">
           <dt>{name}</dt>
-          <dd>{value}</dd>
+          <dd>{unbroken(value)}</dd>
         </div>
       ))}
     </dl>

@@ -8,6 +8,7 @@ import { usePrinting } from "../shell/printing";
 import { fileHref, Link, setQuery, useAddress } from "../shell/router";
 import { useAnswer } from "../shell/useAnswer";
 import { AxisChoice } from "./AxisChoice";
+import { ofManyRuns } from "./entries";
 import PlotView, { HEIGHT } from "./PlotView";
 import { rangeFor } from "./queried";
 import { useColumns } from "./useColumns";
@@ -55,7 +56,7 @@ export default function PlotSection({ base, file, offer, height = HEIGHT, said =
           {answer.words && !said.some((text) => text.includes(answer.words)) && (
             <p className="plot-words">{answer.words}</p>
           )}
-          <PlotView plot={answer} onZoom={zoom} height={height} />
+          <PlotView plot={answer} onZoom={zoom} height={height} legendByRun={ofManyRuns(answer)} />
         </div>
       ) : (
         error === null && (

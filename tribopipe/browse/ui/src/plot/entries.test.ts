@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 
-import { byRun, kindEntries, lineEntry, markEntry, runEntries, type Entry } from "./entries";
+import { byRun, kindEntries, lineEntry, markEntry, ofManyRuns, runEntries, type Entry } from "./entries";
 import { styledPanel } from "./styled";
 import { lineOf, markOf, panelOf } from "./testing";
 
@@ -32,6 +32,19 @@ describe("byRun", () => {
       ["", ", x"],
     ]);
     expect(namesIn(["a", "a"])).toEqual([["a", "a"]]);
+  });
+});
+
+describe("ofManyRuns", () => {
+  const of = (...runs: string[]) => ofManyRuns({ panels: [panelOf({ lines: runs.map((run) => lineOf({ run })) })] });
+
+  it("asks for four runs, and for nothing that belongs to none", () => {
+    expect([of("a", "b", "c"), of("a", "b", "c", "d"), of("a", "b", "c", "d", ""), of()]).toEqual([
+      false,
+      true,
+      false,
+      false,
+    ]);
   });
 });
 

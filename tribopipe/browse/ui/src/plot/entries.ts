@@ -1,4 +1,4 @@
-import type { Line, Mark } from "../api";
+import type { Line, Mark, Plot } from "../api";
 import { nearest } from "./nearest";
 import { read } from "./numbers";
 import type { Styled, StyledPanel } from "./styled";
@@ -63,6 +63,15 @@ export function runEntries({ lines, marks }: StyledPanel, hidden: ReadonlySet<st
     const { colour, shape } = (own[0] ?? marks.find(({ thing }) => thing.run === run))!.stroke;
     return { key: run, name: run, stroke: { colour, shape, width: 2, dash: [], alpha: 1 }, kind: "line", value, shown };
   });
+}
+
+/** From this number of runs on, a legend with one entry per line takes more space than the plot. */
+const MANY = 4;
+
+/** Whether a plot shows many runs, and nothing else. */
+export function ofManyRuns({ panels }: Pick<Plot, "panels">): boolean {
+  const runs = new Set(panels.flatMap(({ lines, marks }) => [...lines, ...marks].map(({ run }) => run)));
+  return runs.size >= MANY && !runs.has("");
 }
 
 /** What each kind of line and mark of several runs is, in one color for all: "Archard, fitted". */

@@ -29,6 +29,13 @@ describe("verticalRange", () => {
     expect(verticalRange([], marks, { from: 0, to: 2 })).toEqual([-1.2, 21.2]);
   });
 
+  it("lets the band of a measured line leave the axis where it is much wider than elsewhere", () => {
+    const x = [0, 1, 2, 3, 4];
+    const measured = lineOf({ x, y: [5, 5, 5, 5, 5], lower: [4, 4, 4, 4, -995], upper: [6, 6, 6, 6, 1005] });
+    expect(verticalRange([measured], [], ALL)).toEqual([3 - 0.24, 7 + 0.24]);
+    expect(verticalRange([{ ...measured, role: "fit" }], [], ALL)).toEqual([-1115, 1125]);
+  });
+
   it("shows the whole where nothing is within the view", () => {
     const line = lineOf({ x: [0, 1], y: [0, 100] });
     expect(verticalRange([line], [], { from: 5, to: 6 })).toEqual(verticalRange([line], [], ALL));

@@ -3,6 +3,7 @@ import { Chip } from "../components/Chip";
 import { FoldedCard } from "./FoldedCard";
 import { isFitted } from "./glance";
 import { problems } from "./status";
+import { unbroken } from "./words";
 
 type Finding = Run["findings"][number];
 
@@ -25,10 +26,17 @@ function FindingList({ findings }: { findings: Finding[] }) {
   const ordered = [...findings].sort((a, b) => grave.indexOf(a.severity) - grave.indexOf(b.severity));
   return (
     <ul className="findings" aria-label="Findings from checks and fits">
-      {ordered.map(({ severity, text }, place) => (
+      {ordered.map(({ severity, text, help }, place) => (
         <li key={place}>
           <Severity name={severity} />
-          <span>{text}</span>
+          <span>
+            {unbroken(text)}
+            {help && (
+              <span className="finding-help">
+                Causes and remedies: <code>tribopipe help {help}</code>
+              </span>
+            )}
+          </span>
         </li>
       ))}
     </ul>

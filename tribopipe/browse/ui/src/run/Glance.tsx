@@ -2,8 +2,9 @@ import type { Run } from "../api";
 import { Card } from "../components/Card";
 import PlotSection from "../plot/PlotSection";
 import { apiOf, stageId } from "./places";
-import { isFitted, tiles, type Tile } from "./glance";
+import { isFitted, missing, tiles, type Tile } from "./glance";
 import { unmeasured } from "./status";
+import { unbroken } from "./words";
 
 /** The results of a run, and the curve that they are about. */
 export function Glance({ run }: { run: Run }) {
@@ -36,18 +37,18 @@ function Result({ tile }: { tile: Tile }) {
       <a className="tile-label" href={`#${stageId(tile.stage)}`}>
         {tile.label}
       </a>
-      <span className="tile-value">{tile.value}</span>
-      {tile.more && <span className="tile-more">{tile.more}</span>}
+      <span className="tile-value">{unbroken(tile.value)}</span>
+      {tile.more && <span className="tile-more">{unbroken(tile.more)}</span>}
     </li>
   );
 }
 
 function NotMeasured({ run }: { run: Run }) {
-  const missing = unmeasured(run);
-  if (missing.length === 0) return null;
+  const left = unmeasured(run);
+  if (left.length === 0) return null;
   return (
     <ul className="not-measured" aria-label="Not measured">
-      {missing.map(({ what, remedy }) => (
+      {left.map(({ what, remedy }) => (
         <li key={what}>
           <strong>{what}:</strong> not measured; {withCode(remedy)}.
         </li>
@@ -63,14 +64,15 @@ const withCode = (text: string) =>
 function Unfitted({ run }: { run: Run }) {
   return (
     <p className="notice notice-warn">
-      <strong>No wear coefficient was identified from this run.</strong>{" "}
-      {run.stages.length === 0 ? (
-        <>
-          It was archived but not evaluated; run <code>tribopipe process</code> on its run folder.
-        </>
-      ) : (
-        <>See the steps and the findings below for the reason.</>
-      )}
+      <strong>No wear coefficient was identified from this run.</strong> {withCode(reason(run))}
     </p>
   );
+}
+
+function reason({ stages }: Run): string {
+  if (stages.length === 0) return "It was archived but not evaluated; run `tribopipe process` on its run folder.";
+  const lack = missing(stages);
+  return lack
+    ? `Missing: ${lack}. To add it, edit run.toml and run \`tribopipe process RUN_FOLDER --amend\`.`
+    : "See the steps and the findings below for the reason.";
 }

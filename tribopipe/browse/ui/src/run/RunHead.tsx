@@ -4,7 +4,7 @@ import { Link, studyHref } from "../shell/router";
 import { Actions } from "./Actions";
 import { problems, progress } from "./status";
 import { summary } from "./summary";
-import { moment } from "./words";
+import { moment, unbroken } from "./words";
 
 /** What run this is, whether to trust it, and what can be done with it. */
 export function RunHead({ run }: { run: Run }) {
@@ -14,7 +14,7 @@ export function RunHead({ run }: { run: Run }) {
         <h1>{run.title}</h1>
         <p className="subject-line">
           {run.title !== run.id && <code>{run.id}</code>}
-          <span>{summary(run).join(" · ")}</span>
+          <span>{unbroken(summary(run).join(" · "))}</span>
         </p>
         {run.tags.length > 0 && (
           <p className="chips">

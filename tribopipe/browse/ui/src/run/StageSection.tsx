@@ -7,6 +7,7 @@ import { isWear } from "./Glance";
 import { apiOf, stageId } from "./places";
 import { StageTable } from "./StageTable";
 import { TextList } from "./TextList";
+import { unbroken } from "./words";
 
 /** One step of the evaluation: what it found, its plots, its numbers. */
 export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
@@ -15,7 +16,7 @@ export function StageSection({ run, stage }: { run: Run; stage: Stage }) {
     <FoldedCard title={stage.title} id={stageId(stage.name)}>
       {() => (
         <>
-          {stage.sentence && <p className="sentence">{stage.sentence}</p>}
+          {stage.sentence && <p className="sentence">{unbroken(stage.sentence)}</p>}
           <TextList texts={stage.notes} kind="notes" />
           {offers.map((offer) => (
             <StagePlot key={offer.name} run={run} offer={offer} />

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import type { Stage } from "../api";
-import { isFitted, tiles } from "./glance";
+import { isFitted, missing, tiles } from "./glance";
 
 function stageOf(name: string, title: string, facts: Record<string, string>): Stage {
   const rest = {
@@ -23,6 +23,10 @@ const fit = stageOf("wear_fit_archard", "Wear coefficient (Archard's law)", {
   "same value in mm³/(N·m)": "(2.0 ± 0.1)×10⁻⁶ mm³/(N·m)",
   "95 % CI": "1.8 to 2.2",
 });
+const unfitted = {
+  ...stageOf("wear_fit_archard", "Wear coefficient (Archard's law)", {}),
+  sentence: "archard: no wear coefficient: missing the two bodies ([contact])",
+};
 const drift = stageOf("drift_correction", "Drift correction", {
   "drift rate": "12 nm/min",
   "discrepancy at the end": "0.3 µm",
@@ -100,7 +104,16 @@ describe("tiles", () => {
 });
 
 describe("isFitted", () => {
-  it("asks for any law", () => {
+  it("asks for k_D under any law", () => {
     expect([isFitted([drift, fit]), isFitted([drift]), isFitted([])]).toEqual([true, false, false]);
+    expect(isFitted([drift, unfitted, fit])).toBe(true);
+    expect(isFitted([drift, unfitted])).toBe(false);
+  });
+});
+
+describe("missing", () => {
+  it("is what a fit without k_D states", () => {
+    expect(missing([drift, unfitted])).toBe("the two bodies ([contact])");
+    expect([missing([drift, fit]), missing([])]).toEqual(["", ""]);
   });
 });

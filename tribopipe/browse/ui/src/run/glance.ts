@@ -31,8 +31,17 @@ export function tiles(stages: Stage[]): Tile[] {
 
 const placed = (said: Said[], { name }: Stage): Tile[] => said.map((one) => ({ ...one, stage: name }));
 
-/** Whether any law was fitted. */
-export const isFitted = (stages: Stage[]): boolean => stages.some(({ name }) => name.startsWith("wear_fit_"));
+const fitsOf = (stages: Stage[]): Stage[] => stages.filter(({ name }) => name.startsWith("wear_fit_"));
+
+/** Whether k_D was identified under any law. */
+export const isFitted = (stages: Stage[]): boolean =>
+  fitsOf(stages).some(({ facts }) => facts.some(({ name }) => name.startsWith("k_D")));
+
+/** What is missing for k_D; empty where no fit states it. */
+export const missing = (stages: Stage[]): string =>
+  fitsOf(stages)
+    .map(({ sentence }) => /: missing (.+)$/.exec(sentence)?.[1] ?? "")
+    .find(Boolean) ?? "";
 
 const valueOf = (stage: Stage, name: string): string | undefined =>
   stage.facts.find((fact) => fact.name === name)?.value;

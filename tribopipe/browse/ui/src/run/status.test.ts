@@ -4,10 +4,11 @@ import type { Run } from "../api";
 import { problems, progress, unmeasured } from "./status";
 
 const group = (title: string, ...names: string[]) => ({ title, facts: names.map((name) => ({ name, value: "1" })) });
+const found = (name: string) => (name.startsWith("wear_fit_") ? [{ name: "k_D of the pin", value: "1" }] : []);
 const runOf = (stages: string[], severities: string[] = [], facts: Run["facts"] = []) =>
   ({
-    stages: stages.map((name) => ({ name })),
-    findings: severities.map((severity) => ({ severity, text: "" })),
+    stages: stages.map((name) => ({ name, facts: found(name) })),
+    findings: severities.map((severity) => ({ severity, text: "", help: null })),
     facts,
   }) as Run;
 

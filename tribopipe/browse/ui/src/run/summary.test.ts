@@ -17,7 +17,7 @@ describe("summary", () => {
       group("Pin", ["material", "Si3N4"], ["radius", "1.5 mm"]),
       group("Disc", ["material", "steel"]),
     );
-    expect(summary(run)).toEqual(["pin on disc", "Si3N4 pin on steel disc", "200 mN", "dry air"]);
+    expect(summary(run)).toEqual(["pin-on-disc", "Si3N4 pin on steel disc", "200 mN", "dry air"]);
   });
 
   it("leaves out what is not known", () => {

@@ -4,8 +4,8 @@ import type { Run } from "../api";
 export function summary(run: Run): string[] {
   const conditions = run.facts.find(({ title }) => title === "Conditions")?.facts ?? [];
   const said = (name: string) => conditions.find((fact) => fact.name === name)?.value;
-  const parts = [run.tribometer?.replaceAll("-", " "), bodies(run), said("normal load"), said("medium")];
-  return parts.filter((part): part is string => part !== undefined && part !== "");
+  const parts = [run.tribometer, bodies(run), said("normal load"), said("medium")];
+  return parts.filter((part): part is string => Boolean(part));
 }
 
 /** "Si3N4 pin on steel disc". */

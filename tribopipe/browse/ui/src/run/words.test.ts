@@ -1,7 +1,7 @@
 import fc from "fast-check";
 import { describe, expect, it } from "vitest";
 
-import { counted, moment, size } from "./words";
+import { counted, moment, size, unbroken } from "./words";
 
 describe("moment", () => {
   it.each([
@@ -50,5 +50,16 @@ describe("size", () => {
 describe("counted", () => {
   it("has one run, and two runs, and no runs", () => {
     expect([1, 2, 0].map((count) => counted(count, "run"))).toEqual(["1 run", "2 runs", "0 runs"]);
+  });
+});
+
+describe("unbroken", () => {
+  it.each([
+    ["400.0 ± 4.0 mN", "400.0_±_4.0_mN"],
+    ["(8.99 ± 0.65)×10⁻¹² mm³/(N·mm)", "(8.99_±_0.65)×10⁻¹² mm³/(N·mm)"],
+    ["95 % CI: -4.4 to 17.3 nm/min", "95_% CI: -4.4_to_17.3_nm/min"],
+    ["2 runs to go", "2 runs to go"],
+  ])("keeps the numbers of %j together", (text, joined) => {
+    expect(unbroken(text).replaceAll("\u00a0", "_")).toBe(joined);
   });
 });

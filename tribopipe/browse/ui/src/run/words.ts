@@ -16,5 +16,10 @@ export function size(bytes: number): string {
   return `${place === 0 || value >= 100 ? value.toFixed(0) : value.toPrecision(3)} ${UNITS[place]}`;
 }
 
+const WITHIN_NUMBER = /(?<=\d) (?=[±%°µmnNGM]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)/g;
+
+/** A text whose intervals, and numbers with uncertainty and unit, are not broken between two lines. */
+export const unbroken = (text: string): string => text.replace(WITHIN_NUMBER, "\u00a0");
+
 /** "3 runs", "1 run". */
 export const counted = (count: number, what: string): string => `${count} ${what}${count === 1 ? "" : "s"}`;

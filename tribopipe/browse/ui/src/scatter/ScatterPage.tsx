@@ -15,7 +15,7 @@ import { useAnswer } from "../shell/useAnswer";
 import { useTitle } from "../shell/useTitle";
 import { rowsOf, type Row } from "../table/listing";
 import { QueryBox } from "../table/QueryBox";
-import { coordinate, grouped, missing, quantities, quantityLabel, type Group } from "./points";
+import { grouped, missing, quantities, quantityLabel, type Group } from "./points";
 import { isLogarithmic } from "./scale";
 import { ScatterPlot } from "./ScatterPlot";
 
@@ -60,9 +60,9 @@ function Asked({ archive, runs }: { archive: Archive; runs: Runs }) {
       </Empty>
     );
   }
-  const isLog = (axis: "x" | "y", column: Column) =>
-    isLogarithmic(query.get(logName(axis)), rows.flatMap((row) => coordinate(row, column)?.value ?? []));
-  const log = { x: isLog("x", x), y: isLog("y", y) };
+  const points = grouped(rows, x, y).flatMap((group) => group.points);
+  const isLog = (axis: "x" | "y") => isLogarithmic(query.get(logName(axis)), points.map((point) => point[axis].value));
+  const log = { x: isLog("x"), y: isLog("y") };
   return (
     <Card title={`${y.label} against ${x.label}`}>
       <div className="scatter-axes">

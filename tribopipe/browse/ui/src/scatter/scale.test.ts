@@ -20,6 +20,10 @@ describe("scaleOf", () => {
     expect(scaleOf([10, 100], true).ticks).toEqual([10, 20, 50, 100]);
     expect(scaleOf([1e-12, 1e-8], true).ticks).toEqual([1e-12, 1e-11, 1e-10, 1e-9, 1e-8]);
   });
+
+  it("has ticks at equal distances where 1, 2 and 5 are too few", () => {
+    expect(scaleOf([4.2e-12, 9e-12], true).ticks).toEqual([5e-12, 6e-12, 7e-12, 8e-12, 9e-12]);
+  });
 });
 
 describe("isLogarithmic", () => {

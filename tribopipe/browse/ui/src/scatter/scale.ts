@@ -13,6 +13,9 @@ const TICKS = 10;
 /** A logarithmic axis over fewer decades has ticks at 1, 2 and 5 of each. */
 const FEW_DECADES = 3;
 
+/** A logarithmic axis with fewer ticks has those of a linear one. */
+const FEW_TICKS = 3;
+
 /** Ratio of the largest to the smallest value from which an axis is logarithmic unless another is chosen. */
 const WIDE = 30;
 
@@ -31,10 +34,15 @@ export function scaleOf(values: number[], log: boolean): Scale {
 function linear(low: number, high: number): Scale {
   const margin = high > low ? MARGIN * (high - low) : Math.abs(low) * MARGIN || 1;
   const [from, to] = [low - margin, high + margin];
+  return { log: false, from, to, ...even(from, to) };
+}
+
+/** Ticks at equal distances. */
+function even(from: number, to: number): { ticks: number[]; step: number } {
   const step = niceStep((to - from) / TICKS);
   const ticks = [];
   for (let count = Math.ceil(from / step); count * step <= to; count++) ticks.push(Number((count * step).toPrecision(12)));
-  return { log: false, from, to, ticks, step };
+  return { ticks, step };
 }
 
 /** The lowest of 1, 2, 5, 10, 20, … that is not below a distance. */
@@ -54,6 +62,7 @@ function logarithmic(low: number, high: number): Scale {
     for (const factor of decades < FEW_DECADES ? [1, 2, 5] : [1]) ticks.push(Number(`${factor}e${power}`));
   }
   const within = ticks.filter((tick) => tick >= from && tick <= to);
+  if (within.length < FEW_TICKS) return { log: true, from, to, ...even(from, to) };
   return { log: true, from, to, ticks: within, step: within[0] ?? from };
 }
 

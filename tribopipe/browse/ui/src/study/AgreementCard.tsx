@@ -1,5 +1,6 @@
 import type { Study } from "../api";
 import { Card } from "../components/Card";
+import { unbroken } from "../run/words";
 import { Link, runHref } from "../shell/router";
 import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
@@ -40,7 +41,7 @@ export function AgreementCard({ study }: { study: Study }) {
       </div>
       <ul className="coefficients">
         {study.laws.map(({ model, title }) => (
-          <li key={model}>{title}</li>
+          <li key={model}>{unbroken(title)}</li>
         ))}
       </ul>
     </Card>

@@ -4,6 +4,7 @@ import { TextTable } from "../components/TextTable";
 import PlotSection from "../plot/PlotSection";
 import { Disclosure } from "../run/Disclosure";
 import { TextList } from "../run/TextList";
+import { unbroken } from "../run/words";
 import { Link, runHref } from "../shell/router";
 import { lawId } from "./laws";
 import { Outcome } from "./Outcome";
@@ -15,7 +16,7 @@ export function LawSection({ study, law }: { study: Study; law: LawPage }) {
   return (
     <Card title={law.heading} id={lawId(law.model)}>
       <p className="sentence">
-        <strong>{law.title}</strong>
+        <strong>{unbroken(law.title)}</strong>
       </p>
       {together && <PlotSection base={studyApi(study.id)} file={study.file} offer={together} />}
       <ul className="judged">
@@ -46,7 +47,7 @@ function Judged({ study, line, offer }: Props) {
         <Link href={runHref(line.run_id)}>{line.run_id}</Link>
         <span className="soft">{line.role}</span>
       </p>
-      <p className="sentence">{line.sentence}</p>
+      <p className="sentence">{unbroken(line.sentence)}</p>
       <TextList texts={line.notes} kind="notes" />
       {offer && (
         <Disclosure title={`Wear curve of ${line.run_id}`}>
