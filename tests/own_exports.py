@@ -137,7 +137,7 @@ poisson_ratio = 0.3
 
 
 STEPS = (
-    *("continuous-axes", "mask", "zero", "pressing-load", "friction-sign", "unloaded-friction"),
+    *("continuous-axes", "mask", "zero", "pressing-load", "friction-sign", "idle", "unloaded-friction"),
     "stroke-wise-friction",
 )
 DOWNWARDS = (

@@ -113,6 +113,18 @@ def there_and_back(length, offset=0.1):
     return spoil
 
 
+def zero_moving(by):
+    """Take the load off at both ends, and let the zero of friction move by a share of friction in between."""
+
+    def spoil(run):
+        on = (np.arange(len(run)) >= 50) & (np.arange(len(run)) < len(run) - 50)
+        zero = by * np.median(run.columns["friction_force"]) * np.linspace(0, 1, len(run))
+        forces = {name: run.columns[name] * on for name in ("normal_force", "friction_force")}
+        return replace(run, columns={**run.columns, **forces, "friction_force": forces["friction_force"] + zero})
+
+    return spoil
+
+
 def mapped(radius):
     """Have the scar measured as a map of a tip with a radius, m."""
     lines = WornBall(radius=radius, scar=0.25e-3, size=1.8).map()
@@ -475,6 +487,7 @@ CASES = {
         "friction_force",
         both(manifest(conditions__stroke="5 mm"), there_and_back(60, offset=0.02)),
     ),
+    "uncertain_zero": ("warning", zero_moving(0.2), "friction_force", zero_moving(0.01)),
     "friction_sign": (
         "warning",
         there_and_back(60),
@@ -807,9 +820,17 @@ def test_rows_before_the_test_are_left_out_of_the_distance_as_well(sound):
     """To delete them is not enough: the clock still counts them."""
     still = column("friction_force", lambda force: np.where(np.arange(len(force)) < 200, 0.0, force))
     later = column("friction_force", lambda force: np.where(np.arange(len(force)) > 700, 0.0, force))
-    (begun,), (ended,) = (found_by("contact_lost", both(without("normal_force"), one)(sound)) for one in (still, later))
+    kept = both(without("normal_force"), measured("sliding_distance"))
+    (begun,), (ended,) = (found_by("contact_lost", both(kept, one)(sound)) for one in (still, later))
     assert 'carried_over = "always"' in begun.remedy
     assert "carried_over" not in ended.remedy
+
+
+def test_distance_by_the_nominal_speed_that_is_left_out_is_reported_where_it_is_long(sound):
+    for still, reported in ((200, True), (10, False)):
+        idle = column("friction_force", lambda force, n=still: np.where(np.arange(len(force)) < n, 0.0, force))
+        found = found_by("contact_lost", both(without("normal_force"), idle)(sound))
+        assert [("do not" in one.message, '"idle"' in one.remedy) for one in found] == [(True, True)] * reported
 
 
 def unloaded_half(run):

@@ -156,7 +156,7 @@ def test_time_of_a_clock_begins_at_zero(bare_run, start):
     columns = {name: TRUTH[name] for name in ("time", "friction_force")}
     spoilt = run_of(bare_run, **columns | {"time": TRUTH["time"] + start, "sliding_distance": TRUTH["time"] + start})
     spoilt.origins["sliding_distance"] = "derived from nominal speed"
-    cleaned = clean_run(spoilt).run
+    cleaned = clean_run(spoilt, only(ContinuousAxes())).run
     np.testing.assert_allclose(cleaned.columns["time"], TRUTH["time"], atol=1e-6)
     speed = manifest.conditions.nominal_speed.value
     np.testing.assert_allclose(cleaned.sliding_distance, TRUTH["time"] * speed, atol=1e-6)
@@ -298,6 +298,72 @@ def test_spikes_are_masked_where_the_recipe_says_so(bare_run):
 def test_steps_between_the_values_of_a_converter_are_no_spikes():
     coarse = np.round(np.linspace(0, 10, 4000) + 0.2 * RNG.normal(size=4000))
     assert not spikes(coarse, 11, 6.0).any()
+
+
+# --- idle ends ---
+
+
+def idle_run(bare_run, before: int, after: int, *, low: float = 0.3, origin: str = "derived from nominal speed"):
+    """Record 5 N at 0.1 m/s for 1800 s every 2 s, with the motor standing still at both ends; k_D is 2e-14 m²/N."""
+    rng, count = np.random.default_rng(17), 900
+    time = 2.0 * np.arange(before + count + after)
+    slid = 0.1 * np.clip(time - 2 * before, 0, 2 * count)
+    mu = np.where((slid > 0) & (time <= 2 * (before + count)), np.where(slid < 20, low, 0.3), 0.0)
+    radius = bare_run.manifest.described.sliding_tip.radius.value
+    depth = np.sqrt(2e-14 * 5 * slid / (np.pi * radius))
+    columns = {
+        "time": time,
+        "sliding_distance": 0.1 * time,
+        "friction_force": 5 * mu + rng.normal(0, 0.02, len(time)),
+        "depth": depth + rng.normal(0, 20e-9, len(time)),
+    }
+    force = Quantity(value=5.0, unit="N")
+    run = run_of(bare_run, {"normal_load": force, "sliding_speed": Quantity(value=0.1, unit="m/s")}, **columns)
+    return dataclasses.replace(run, origins=run.origins | {"sliding_distance": origin}), slid
+
+
+@pytest.mark.parametrize(("before", "after"), [(2, 0), (5, 0), (15, 0), (0, 20), (400, 100)])
+def test_distance_by_the_nominal_speed_begins_and_ends_with_the_friction(bare_run, before, after):
+    run, slid = idle_run(bare_run, before, after)
+    cleaned = clean_run(run)
+    np.testing.assert_allclose(cleaned.run.sliding_distance, slid, atol=0.21)
+    idle = np.isnan(cleaned.run.columns["depth"])
+    assert abs(int(np.count_nonzero(idle)) - before - after) <= 2
+    assert not np.any(idle[before + 1 : before + 899])
+    codes = [one.code for one in check_run(run)]
+    assert ("contact_lost" in codes) == (before + after > 30)
+
+
+@pytest.mark.parametrize("before", [2, 5, 15])
+def test_k_d_by_the_depth_signal_alone_is_right_though_the_motor_started_late(bare_run, before):
+    """As by a distance that counts from the first sample, k_D came out as 45 %, nothing and a thousandth of it."""
+    run, _ = idle_run(bare_run, before, 0)
+    recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+    fit = fit_wear(correct_drift(clean_run(run).run), recipe=recipe)
+    assert fit.first.wear_coefficient.value == pytest.approx(2e-14, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"origin": "measured"},
+        {"origin": "derived from rotations"},
+        {"low": 0.03},  # running-in at a tenth of the later friction slides
+    ],
+)
+def test_distance_of_bodies_that_slide_is_kept(bare_run, changes):
+    run, _ = idle_run(bare_run, 0 if "low" in changes else 15, 0, **changes)
+    cleaned = clean_run(run)
+    assert [change for change in cleaned.record.changes if change.step == "idle"] == []
+    np.testing.assert_array_equal(cleaned.run.sliding_distance, run.sliding_distance)
+
+
+def test_friction_that_was_not_recorded_from_the_start_shows_no_standstill(bare_run):
+    run, _ = idle_run(bare_run, 0, 0)
+    late = run.columns["friction_force"].copy()
+    late[:50] = np.nan
+    run = dataclasses.replace(run, columns=run.columns | {"friction_force": late})
+    np.testing.assert_array_equal(clean_run(run).run.sliding_distance, run.sliding_distance)
 
 
 # --- forces ---

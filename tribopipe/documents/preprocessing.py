@@ -119,6 +119,13 @@ class FrictionSign(Record):
     """Name of the step."""
 
 
+class Idle(Record):
+    """Sliding distance calculated from the nominal speed starts and ends with the friction; depth is masked outside."""
+
+    step: Literal["idle"] = "idle"
+    """Name of the step."""
+
+
 class UnloadedFriction(Record):
     """The friction coefficient is masked where the load is close to zero, since it contains only noise there."""
 
@@ -185,6 +192,7 @@ CleaningStep = Annotated[
     | Zero
     | PressingLoad
     | FrictionSign
+    | Idle
     | UnloadedFriction
     | StrokeWiseFriction
     | Invert
@@ -197,6 +205,7 @@ CleaningStepName = Literal[
     "zero",
     "pressing-load",
     "friction-sign",
+    "idle",
     "unloaded-friction",
     "stroke-wise-friction",
     "invert",
@@ -208,6 +217,7 @@ AUTOMATIC: tuple[CleaningStep, ...] = (
     Zero(),
     PressingLoad(),
     FrictionSign(),
+    Idle(),
     UnloadedFriction(),
     StrokeWiseFriction(),
 )

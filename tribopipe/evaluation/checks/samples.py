@@ -479,6 +479,15 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     force = run.manifest.conditions.normal_load.value if "friction_force" in run.columns else 1.0
     without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _SLIPPERY * force)
     lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
+    idle = next((one.offset for one in cleaned.record.changes if one.step == "idle" and one.offset is not None), None)
+    if idle is not None and idle.value > _LOST * (idle.value + float(np.ptp(slid))):
+        yield Trouble(
+            "friction_force",
+            f"found no friction at the beginning or end of the recording; {idle.shown('m')} at the nominal speed do "
+            "not count as sliding distance; expected friction throughout",
+            "check that friction was recorded from the beginning to the end of sliding; if it was not, list the "
+            'clean_up steps without "idle" in a recipe',
+        )
     if lost > _LOST:
         begun = (
             ""

@@ -12,7 +12,7 @@ from tribopipe.documents.preprocessing import CleaningStepName, CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.evaluation.preprocessing.axes import join_axes
+from tribopipe.evaluation.preprocessing.axes import join_axes, leave_out_idle
 from tribopipe.evaluation.preprocessing.forces import invert, turn_friction, turn_load, zero_forces
 from tribopipe.evaluation.preprocessing.masking import mask_samples, mask_spikes, mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.strokes import average_strokes
@@ -26,6 +26,7 @@ _TAKE: dict[CleaningStepName, Callable[[Bench, Any], None]] = {
     "zero": zero_forces,
     "pressing-load": turn_load,
     "friction-sign": turn_friction,
+    "idle": leave_out_idle,
     "unloaded-friction": mask_unloaded_friction,
     "stroke-wise-friction": average_strokes,
     "invert": invert,
