@@ -31,7 +31,7 @@ from tribopipe.documents.record import load_toml, read_document
 from tribopipe.evaluation.checks.registry import check_run
 from tribopipe.evaluation.drift import correct_drift
 from tribopipe.evaluation.preprocessing.cleaning import clean_run
-from tribopipe.evaluation.preprocessing.masking import spikes
+from tribopipe.evaluation.preprocessing.masking import _lone_zeros, spikes
 from tribopipe.evaluation.wear.fit import fit_wear
 from tribopipe.physics.axis_faults import continuous, segments
 from tribopipe.pipeline.stages import advance, process
@@ -298,6 +298,30 @@ def test_spikes_are_masked_where_the_recipe_says_so(bare_run):
 def test_steps_between_the_values_of_a_converter_are_no_spikes():
     coarse = np.round(np.linspace(0, 10, 4000) + 0.2 * RNG.normal(size=4000))
     assert not spikes(coarse, 11, 6.0).any()
+
+
+@pytest.mark.parametrize("name", ["depth", "normal_force", "friction_force"])
+def test_samples_lost_as_zeros_are_masked(bare_run, name):
+    columns = {one: values[500:3500] for one, values in TRUTH.items()}
+    lost = np.zeros(3000, dtype=bool)
+    lost[RNG.choice(np.arange(10, 2990, 7), 150)] = True
+    columns[name] = np.where(lost, 0.0, columns[name])
+    cleaned = clean_run(run_of(bare_run, **columns))
+    np.testing.assert_array_equal(np.isnan(cleaned.run.columns[name]), lost)
+
+
+@given(st.lists(st.sampled_from([-1.0, 1.0]), min_size=3, max_size=60), st.integers(-5, 5), st.floats(0.3, 3.0))
+def test_zeros_of_a_signal_that_passes_zero_are_kept(steps, start, scale):
+    assert not np.any(_lone_zeros(scale * (start + np.cumsum(steps))))
+
+
+def test_zeros_that_were_measured_are_kept(bare_run):
+    """A pin that was lifted for ten samples, a load that is not yet on, and friction that turns."""
+    load = np.where(LOADED > 0.5, 0.2, 0.0) + np.where(LOADED > 0.5, 1e-4 * NOISE[0], 0.0)
+    load[2000:2010] = 0.0
+    swing = 0.05 * np.sign(np.sin(np.arange(SAMPLES) / 20))
+    cleaned = clean_run(run_of(bare_run, **TRUTH | {"normal_force": load, "friction_force": swing}), only(Mask()))
+    assert cleaned.record.changes == ()
 
 
 # --- idle ends ---

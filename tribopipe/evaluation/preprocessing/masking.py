@@ -50,6 +50,9 @@ _IMPOSSIBLE: dict[SignalName, tuple[float, float, str]] = {
 _FAR_OFF = 1000.0
 """A sentinel is this many times larger than nine tenths of the samples."""
 _TWICE = 2
+_MOST_ZEROS, _FAR_FROM_ZERO = 2, 10.0
+"""Zeros next to each other that nothing measured, and typical differences of samples by which the others are off zero.
+"""
 _DEAD_SHARE = 0.05
 _NOISE = 3.0
 """A channel whose mean is within so many standard deviations of zero reads nothing but noise."""
@@ -71,6 +74,9 @@ def mask_samples(bench: Bench, step: Mask) -> None:
                 f"repeated and {_FAR_OFF:g} times as large as the rest",
                 "a placeholder for missing values",
             )
+            if (values := bench.measured(name)) is not None:
+                what = f"exactly zero between values more than {_FAR_FROM_ZERO:g} steps away"
+                bench.mask(name, _lone_zeros(values), what, "a placeholder for missing values")
         if name in step.limits and (values := bench.measured(name)) is not None:
             _mask_beyond(bench, name, values, step.limits[name])
     if step.impossible:
@@ -95,6 +101,23 @@ def _sentinels(values: Column) -> Selection:
         return np.zeros(len(values), dtype=bool)
     found, counts = np.unique(size[beyond], return_counts=True)
     return np.isin(size, found[counts >= _TWICE])
+
+
+def _lone_zeros(values: Column) -> Selection:
+    """Find zeros, one or two at a time, next to which all samples are of one sign and far from zero: lost ones."""
+    seen = np.isfinite(values) & (values != 0)
+    known, place = values[seen], np.flatnonzero(seen)
+    lone = np.zeros(len(values), dtype=bool)
+    if len(known) < 2:
+        return lone
+    far = np.minimum(np.abs(known[:-1]), np.abs(known[1:])) > _FAR_FROM_ZERO * np.median(np.abs(np.diff(known)))
+    close = np.diff(place) <= 1 + _MOST_ZEROS
+    first = np.flatnonzero(far & close & (known[:-1] * known[1:] > 0))
+    for offset in range(1, 1 + _MOST_ZEROS):
+        between = place[first] + offset
+        lone[between[between < place[first + 1]]] = True
+    lone &= values == 0
+    return lone if np.count_nonzero(lone) >= _TWICE else np.zeros_like(lone)
 
 
 def _leave_out_dead_load(bench: Bench) -> None:
