@@ -726,6 +726,14 @@ MORE = {
     "time in ms as s": ("implausible_conditions", column("time", lambda time: time * 1e5), "time"),
     "no time passes": ("axis_constant", samples_set("time", slice(None), 3.0), "time"),
     "no end value": ("missing_input", manifest(end_values={}), "end_values"),
+    "position along the stroke as depth": (
+        "implausible_depth",
+        both(
+            manifest(conditions__stroke="100 um"),
+            column("depth", lambda depth: depth + 50e-6 * np.sin(np.linspace(0, 100 * np.pi, len(depth)))),
+        ),
+        "depth",
+    ),
     "depth counts down": ("implausible_depth", column("depth", np.negative), "depth"),
     "depth in nm": ("implausible_depth", column("depth", lambda depth: depth / 1000), "depth"),
     "distance carried over": (

@@ -324,6 +324,35 @@ def test_zeros_that_were_measured_are_kept(bare_run):
     assert cleaned.record.changes == ()
 
 
+def test_a_row_before_the_first_restart_counts_for_nothing(bare_run):
+    """A row of factors under the header, or the last sample of the test before."""
+    columns = {name: np.concatenate([[1.0], values]) for name, values in TRUTH.items()}
+    cleaned = clean_run(run_of(bare_run, **columns)).run
+    assert all(np.isnan(cleaned.columns[name][0]) for name in ("depth", "friction_force", "normal_force"))
+    np.testing.assert_array_equal(cleaned.columns["depth"][1:], TRUTH["depth"])
+
+
+# --- coarse clocks ---
+
+
+@pytest.mark.parametrize("per_second", [2, 4, 7])
+def test_times_of_a_clock_with_whole_seconds_are_spread(bare_run, per_second):
+    true = np.arange(3000) / per_second
+    true[1500:] += 120.0  # a pause
+    columns = {name: values[:3000] for name, values in TRUTH.items()} | {"time": np.floor(true)}
+    cleaned = clean_run(run_of(bare_run, **columns)).run.columns["time"]
+    np.testing.assert_allclose(cleaned, true, atol=0.5)
+    assert np.mean(np.abs(cleaned - true)) < 0.01
+    assert np.all(np.diff(cleaned) > 0)
+
+
+def test_times_of_rows_exported_twice_are_kept(bare_run):
+    columns = {name: np.repeat(values[:2000], 2) for name, values in TRUTH.items()}
+    run = run_of(bare_run, **columns)
+    np.testing.assert_array_equal(clean_run(run).run.columns["time"], run.columns["time"])
+    assert "repeated_samples" in [one.code for one in check_run(run)]
+
+
 # --- idle ends ---
 
 

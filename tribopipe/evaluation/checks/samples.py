@@ -17,6 +17,7 @@ from tribopipe.documents.signals import AXES, SIGNALS, SignalName
 from tribopipe.evaluation.checks.registry import Trouble, check, check_cleaned
 from tribopipe.evaluation.load_and_friction import load_path
 from tribopipe.evaluation.measurements.kinds import end_wear
+from tribopipe.evaluation.preprocessing.axes import is_coarse
 from tribopipe.evaluation.preprocessing.cleaning import CleanedRun, clean_run
 from tribopipe.evaluation.preprocessing.strokes import whole_strokes
 from tribopipe.evaluation.stroke_friction import stroke_friction
@@ -53,8 +54,6 @@ _DEAD = 0.5
 """Share of samples of exactly zero from which on a channel of friction was off."""
 _FEWEST_COPIED, _COPIED = 16, 0.9
 """Samples, and their share that is the same, from which on one part of a recording is a copy of another."""
-_OFTEN = 0.1
-"""Share of the samples with the time of the one before from which on the clock may be slower than the sampling."""
 _CLIPPED, _PILED_UP = 0.02, 5.0
 """Share of the samples at the end of a range, and multiple of those next to it, from which on a sensor is clipped."""
 _FEWEST_LEVELS = 16
@@ -65,6 +64,8 @@ _SLIPPERY = 0.01
 """Friction coefficient above which bodies slide."""
 _PARTS = 100
 """Parts of a recording in which friction is compared with the usual."""
+_LIKE_STROKE = 0.2
+"""Relative difference from the stroke within which a depth is the position along it."""
 _FITTING = 0.25
 """Share of the wear within which a rise is that wear."""
 _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
@@ -323,7 +324,7 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
     """Count samples that stand twice at the same time."""
     time = run.columns["time"]
     repeated = np.flatnonzero(np.diff(time) == 0)
-    if len(repeated) and not _by_a_slow_clock(run, repeated):
+    if len(repeated) and not is_coarse(time, [values for name, values in _measured(run) if name not in AXES]):
         yield Trouble(
             "time",
             f"found {len(repeated)} repeated time stamps, the first at {run.numbered(repeated[0] + 1)}; expected "
@@ -338,14 +339,6 @@ def repeated_samples(run: RawRun) -> Iterator[Trouble]:
             "expected each sample once",
             "delete the copy: its sliding distance is counted again",
         )
-
-
-def _by_a_slow_clock(run: RawRun, repeated: NDArray[np.intp]) -> bool:
-    """Return whether times repeat because the clock is coarser than the sampling: often, and in rows that differ."""
-    others = [values for name, values in _measured(run) if name not in AXES]
-    same = [values[repeated] == values[repeated + 1] for values in others]
-    copied = float(np.mean(np.all(same, axis=0))) if same else 1.0
-    return len(repeated) > _OFTEN * len(run) and copied < 1 - _COPIED
 
 
 def _copies(run: RawRun) -> list[int]:
@@ -642,6 +635,14 @@ def implausible_depth(run: RawRun) -> Iterator[Trouble]:
             f"{name} of {Quantity(value=radius.value, unit='m').shown('um')}",
             "check the column's unit",
         )
+    stroke = run.manifest.conditions.stroke
+    if stroke is not None and abs(span / stroke.value - 1) < _LIKE_STROKE:
+        yield Trouble(
+            "depth",
+            f"found readings that differ by {Quantity(value=span, unit='m').shown('mm')}, about as much as the stroke "
+            f"of {stroke.shown('mm')}; expected the wear depth, not the position along the stroke",
+            "map another column to depth in run.toml, or none",
+        )
     yield from _drifted(run, depth[np.isfinite(depth)])
 
 
@@ -775,7 +776,7 @@ def speed_of_motion(time: Column, axis: Column) -> float:
 def axis_offset(_: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     """Find counters that may be carried over from an earlier test, where no other axis shows it."""
     for name, values in _measured(cleaned.run):
-        if name in AXES and len(values) > 1 and values[0] > 0.05 * (values[-1] - values[0]) > 0:
+        if name in AXES and len(values) > 1 and abs(values[0]) > 0.05 * (values[-1] - values[0]) > 0:
             yield Trouble(
                 name,
                 f"found {_shown(name, values[0])} at the first sample; expected a start near zero",

@@ -4,6 +4,8 @@ A distance that follows from the nominal speed counts before the motor starts, a
 that nothing slides.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tribopipe.base.arrays import Column
@@ -18,6 +20,9 @@ _LATE = 0.05
 """Share of what an axis covers by which it begins later than another one where it was carried over."""
 _CLOCK = 100.0
 """Ratio of start to range from which an axis is a clock, or a counter that was not reset."""
+_OFTEN, _COPIED = 0.1, 0.1
+"""Share of the samples with the time of the one before, from which on a clock has coarse steps; and share of these in
+which all signals are the same as before, from which on they are copies."""
 _STILL, _SLIPPERY = 0.05, 0.01
 """Share of the usual friction, and mean friction coefficient, below which bodies do not touch or do not move."""
 _NOISY = 2.0
@@ -31,18 +36,56 @@ _FEWEST_IDLE = 2
 
 
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
-    """Join what restarts, and let what was carried over begin at 0."""
+    """Join what restarts, let what was carried over begin at 0, and spread the times of a clock with coarse steps."""
+    _spread_times(bench)
     for name in AXES:
         axis = _without_glitches(bench, name)
         if axis is None:
             continue
         joined = continuous(axis)
         if joined is not axis:
-            restarts = len(segments(axis).starts)
+            starts = segments(axis).starts
+            restarts = len(starts)
+            _mask_stale(bench, starts[0])
             bench.put(name, joined, _count(restarts), "each test has one continuous axis", parts=restarts + 1)
     leads = {name: _lead(axis) for name in AXES if (axis := bench.measured(name)) is not None}
     for name in leads:
         _begin(bench, name, leads, step)
+
+
+def _spread_times(bench: Bench) -> None:
+    time, others = bench.measured("time"), (bench.measured(name) for name in bench.columns if name not in AXES)
+    if time is not None and is_coarse(time, [values for values in others if values is not None]):
+        why = "the clock has coarser steps than the sampling"
+        bench.put("time", _spread(time), "repeated time stamps spread evenly", why)
+
+
+def _spread(time: Column) -> Column:
+    starts = np.flatnonzero(np.diff(time, prepend=np.nan) != 0)
+    counts = np.diff(starts, append=len(time))
+    every = np.diff(time[starts], append=np.nan) / counts
+    usual = float(np.median(every[every > 0]))
+    # Before a pause, a restart and the end, samples are as far apart as anywhere.
+    every = np.where(every > 0, np.minimum(every, usual), usual)
+    return time + (np.arange(len(time)) - np.repeat(starts, counts)) * np.repeat(every, counts)
+
+
+def is_coarse(time: Column, signals: Sequence[Column]) -> bool:
+    """Return whether times repeat because the clock has coarser steps than the sampling: often, in rows that differ."""
+    repeated = np.flatnonzero(np.diff(time) == 0)
+    if len(repeated) == len(time) - 1:
+        return False
+    same = [values[repeated] == values[repeated + 1] for values in signals]
+    copied = float(np.mean(np.all(same, axis=0))) if same and len(repeated) else 1.0
+    return len(repeated) > _OFTEN * len(time) and copied < _COPIED
+
+
+def _mask_stale(bench: Bench, start: int) -> None:
+    """Mask the signals of a first sample alone before a restart: it is of the test before, or a row of factors."""
+    stale = np.arange(len(bench.columns["time"])) < start
+    for name in tuple(bench.columns) if start == 1 else ():
+        if name not in AXES and bench.measured(name) is not None:
+            bench.mask(name, stale, "before the axes restart", "not of this test")
 
 
 def _without_glitches(bench: Bench, name: SignalName) -> Column | None:

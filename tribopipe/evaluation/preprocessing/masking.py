@@ -110,7 +110,8 @@ def _lone_zeros(values: Column) -> Selection:
     lone = np.zeros(len(values), dtype=bool)
     if len(known) < 2:
         return lone
-    far = np.minimum(np.abs(known[:-1]), np.abs(known[1:])) > _FAR_FROM_ZERO * np.median(np.abs(np.diff(known)))
+    usual = float(np.median(np.abs(np.diff(values[np.isfinite(values)]))))
+    far = np.minimum(np.abs(known[:-1]), np.abs(known[1:])) > _FAR_FROM_ZERO * usual
     close = np.diff(place) <= 1 + _MOST_ZEROS
     first = np.flatnonzero(far & close & (known[:-1] * known[1:] > 0))
     for offset in range(1, 1 + _MOST_ZEROS):
