@@ -172,6 +172,16 @@ def test_wander_is_found_where_it_rises_above_the_noise(bare_run, noise):
     assert np.std(found.wander - shapes @ np.linalg.lstsq(shapes, found.wander, rcond=None)[0]) < 20e-9 + noise / 5
 
 
+def test_all_wear_that_a_sensor_shows_is_of_the_pin_where_nothing_was_measured(bare_run):
+    distance, rng = np.linspace(0, 500, 1001), np.random.default_rng(5)
+    reading = wear_curve(distance) + 50e-9 * rng.standard_normal(1001)
+    alone = correct_drift(with_depth(bare_run, reading, EndValues()))
+    np.testing.assert_array_equal(alone.pin_wear_depth, alone.wear_depth)
+    np.testing.assert_allclose(alone.pin_wear_depth, wear_curve(distance), atol=0.5e-6)
+    groove = EndValues(disc_wear_depth=metres(2e-6, 1e-7))
+    assert correct_drift(with_depth(bare_run, reading, groove)).pin_wear_depth is None
+
+
 def test_run_without_depth_passes_through(bare_run):
     run = with_depth(bare_run, np.linspace(0, 1e-5, 100), worn_pin())
     del run.columns["depth"]

@@ -850,6 +850,7 @@ def test_a_profile_of_no_body_is_refused(export, written, told):
     [
         ("1-2-MoS2-5.0-Al2O3-Al10Cu-50N-.dwf", "1-2-MoS2-5.0-Al2O3-Al10Cu-50N"),
         ("Prüfung 3 (Öl).txt", "Prufung-3-Ol"),
+        ("Größe Nr. 7.csv", "Grosse-Nr.-7"),
         ("con.csv", "run-con"),
         ("测试.csv", "run-"),
         ("no suffix 2.5", "no-suffix-2.5"),

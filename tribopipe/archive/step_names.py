@@ -30,7 +30,7 @@ StepStage = Literal[
 """A step under any wear law, or a study."""
 METHODS: dict[StepStage, int] = {
     "clean_up": 5,
-    "drift_correction": 12,
+    "drift_correction": 13,
     "friction_fit": 8,
     "specific_wear": 10,
     "wear_fit": 17,

@@ -42,7 +42,7 @@ from tribopipe.evaluation.depth_reading import (
 )
 from tribopipe.evaluation.load_and_friction import load_course
 from tribopipe.evaluation.measurements.end_wear import EndWear, TotalWear
-from tribopipe.evaluation.measurements.kinds import measurements_of
+from tribopipe.evaluation.measurements.kinds import groove_alone, measurements_of
 from tribopipe.evaluation.measurements.readings import combined
 from tribopipe.evaluation.unmeasured_groove import wear_of_both
 from tribopipe.physics.autocorrelation import inflation, left_of
@@ -242,7 +242,11 @@ def _by_model(
     wanders = found.evidence > 0 and found.wander.value > found.noise.value
     wander = np.interp(time, reading.time, posterior.wander) if wanders else None
     correction = reworded(correction.model_copy(update=changed), run.manifest.worded)
-    return CorrectedRun(run, correction, wear, wander, _part_of_pin(end, wear, _groove(end, posterior)))
+    # Without a measurement of either body, all that the sensor shows counts as wear of the pin.
+    alone = end is None and groove_alone(run, recipe.uncertainty) is None
+    return CorrectedRun(
+        run, correction, wear, wander, wear if alone else _part_of_pin(end, wear, _groove(end, posterior))
+    )
 
 
 def _contradictions(run: RawRun, found: DepthModel, measured: Quantity, recipe: Recipe) -> Iterator[Finding]:

@@ -254,7 +254,7 @@ class CorrectedRun(Tabular):
     wander: Column | None = None
     """Slow component of that wear that is neither wear by Archard's law nor drift, m; None if hidden by noise."""
     pin_wear_depth: Column | None = None
-    """The pin's part of the wear, m, where pin and disc wear together; None if the pin was not measured."""
+    """The pin's part of the wear, m, where pin and disc wear together; None if it is unknown."""
 
     @property
     def id(self) -> str:

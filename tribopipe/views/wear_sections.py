@@ -247,7 +247,8 @@ def _of_body(fit: WearFit, name: str, body: BodyWear) -> Iterator[tuple[str, str
     yield f"k_D of the {of} ({law_title(fit.model)})", shown(body.wear_coefficient, WEAR_COEFFICIENT)
     yield "same value in mm³/(N·m)", shown(body.wear_coefficient, SPECIFIC_WEAR_RATE)
     yield "95 % CI", interval(body.interval, WEAR_COEFFICIENT)
-    yield "uncertainty due to noise in the depth signal", shown(body.random_uncertainty, WEAR_COEFFICIENT)
+    if fit.basis != "measurement":
+        yield "uncertainty due to noise in the depth signal", shown(body.random_uncertainty, WEAR_COEFFICIENT)
     yield f"final wear depth of the {of} (fitted)", shown(body.fitted_end_depth)
     yield f"final wear depth of the {of} (measured)", shown(body.measured_end_depth)
 

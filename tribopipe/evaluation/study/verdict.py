@@ -289,7 +289,8 @@ def _left_over(body: BodyVerdict) -> str:
     trend, spread = body.trend, body.measured.u_or_zero
     if trend is None or trend.p_value > _SURE or trend.amplitude.value < _SMALL * spread:
         return ""
-    return f"; the residuals have a trend of {trend.amplitude.shown('um')} that the law does not explain"
+    size = show(float(f"{trend.amplitude.value:.2g}"), None, "m", "um")
+    return f"; the residuals have a trend of {size} that the law does not explain"
 
 
 def _bend(body: BodyVerdict) -> str:

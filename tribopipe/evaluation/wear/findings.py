@@ -399,7 +399,7 @@ def _rate_changes(problem: DepthProblem, change: RateChange) -> Finding:
 
 
 def _size(problem: DepthProblem) -> str:
-    return Quantity(value=problem.posterior.range_beyond_line, unit="m").shown("um")
+    return show(float(f"{problem.posterior.range_beyond_line:.2g}"), None, "m", "um")
 
 
 def _finding(code: str, message: str, remedy: str) -> Finding:

@@ -47,6 +47,10 @@ from tribopipe.readers.reader import Hints
 from tribopipe.results.run import SourceFile
 
 _LONGEST_ID = 100
+_LETTERS = str.maketrans(
+    {"ß": "ss", "æ": "ae", "Æ": "AE", "œ": "oe", "Œ": "OE", "ø": "o", "Ø": "O", "ł": "l", "Ł": "L"}
+)
+"""Letters that no accent can be taken off."""
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]{0,9}$")
 _DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 _NOTHING_MEASURED = (
@@ -338,7 +342,7 @@ def _drafted(wanted: Wanted, defaults: _Defaults, exports: Sequence[Export], mea
 
 def fit_for_id(file: str) -> str:
     """Make an id of a file's name, which the archive file can be named after too."""
-    latin = unicodedata.normalize("NFKD", _SUFFIX.sub("", file)).encode("ascii", "ignore").decode()
+    latin = unicodedata.normalize("NFKD", _SUFFIX.sub("", file).translate(_LETTERS)).encode("ascii", "ignore").decode()
     name = re.sub(r"[^A-Za-z0-9._+-]+", "-", latin).lstrip("._+-")[:_LONGEST_ID].rstrip("._+-")
     return f"run-{name}"[:_LONGEST_ID] if not name or _DEVICE.fullmatch(name) else name
 
