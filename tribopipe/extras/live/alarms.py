@@ -160,7 +160,8 @@ def counterbody_alarms(found: Posterior) -> Iterator[Alarm]:
     drift = f"found a linear drift of {_microns(found.drift()[0])} by {show(slid, None, 'm')}, where a sensor has "
     if both is None:
         what = "the sign of the depth signal" if found.excess_drift < 0 else "the sensor"
-        yield alarm_at("drift", slid, f"{drift}{plausible}: check {what}, and for thermal drift")
+        remedy = f"check {what}, and for thermal drift and a standstill before the test"
+        yield alarm_at("drift", slid, f"{drift}{plausible}: {remedy}")
         return
     body = problem.contact.counterbody_name().replace("_", " ")
     alone, beside = (wear_coefficient(k).shown(WEAR_COEFFICIENT) for k in (math.exp(found.centre), both.coefficient))
