@@ -120,7 +120,7 @@ class FrictionSign(Record):
 
 
 class Idle(Record):
-    """Sliding distance calculated from the nominal speed starts and ends with the friction; depth is masked outside."""
+    """Depth is masked where nothing slides at the ends; a distance from the nominal speed does not increase there."""
 
     step: Literal["idle"] = "idle"
     """Name of the step."""

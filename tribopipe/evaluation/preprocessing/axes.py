@@ -13,7 +13,7 @@ from tribopipe.base.errors import counted
 from tribopipe.documents.preprocessing import ContinuousAxes, Idle
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import AXES, SIGNALS, SignalName
-from tribopipe.evaluation.preprocessing.workbench import Bench
+from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
 from tribopipe.physics.axis_faults import continuous, mended, segments
 
 _LATE = 0.05
@@ -131,36 +131,57 @@ def _count(restarts: int) -> str:
 
 
 def leave_out_idle(bench: Bench, _: Idle) -> None:
-    """Let a distance by the nominal speed stand still, and mask the depth, before friction begins and after it ends."""
-    rubbed = _rubbed(bench) if bench.origins["sliding_distance"] == "derived from nominal speed" else None
-    if rubbed is None:
-        return
-    first, last = rubbed
-    distance = bench.columns["sliding_distance"]
-    idle = np.ones(len(distance), dtype=bool)
-    idle[first : last + 1] = False
-    start = distance[first - 1] if first else 0.0
-    slid = np.clip(distance, start, distance[min(last + 1, len(distance) - 1)]) - start
-    left_out = Quantity(value=float(np.ptp(distance) - np.ptp(slid)), unit="m")
-    why = f"no friction in {counted(int(np.count_nonzero(idle)), 'sample')} at the ends: nothing slides"
-    bench.put("sliding_distance", slid, f"{left_out.shown('m')} left out", why, offset=left_out)
+    """Mask the depth where nothing slides at the ends, and let a distance by the nominal speed stand still there.
+
+    What a sensor reads while the load comes on is displacement of the specimens, not wear.
+    """
+    distance, rubbed = bench.columns["sliding_distance"], _rubbed(bench)
+    idle = _outside(rubbed, len(distance)) | _outside(_moved(bench), len(distance))
+    if rubbed is not None and bench.origins["sliding_distance"] == "derived from nominal speed":
+        first, last = rubbed
+        start = distance[first - 1] if first else 0.0
+        slid = np.clip(distance, start, distance[min(last + 1, len(distance) - 1)]) - start
+        left_out = Quantity(value=float(np.ptp(distance) - np.ptp(slid)), unit="m")
+        why = f"no friction in {counted(int(np.count_nonzero(idle)), 'sample')} at the ends: nothing slides"
+        bench.put("sliding_distance", slid, f"{left_out.shown('m')} left out", why, offset=left_out)
     if "depth" in bench.columns:
-        bench.mask("depth", idle, "without sliding", "no friction")
+        bench.mask("depth", idle, "before sliding begins or after it ends", "displacement by loading is no wear")
+
+
+def _outside(ends: tuple[int, int] | None, count: int) -> Selection:
+    """Return which samples are before the first or after the last of a part; none where there is no part."""
+    outside = np.zeros(count, dtype=bool)
+    if ends is not None:
+        outside[: ends[0]] = True
+        outside[ends[1] + 1 :] = True
+    return outside
+
+
+def _moved(bench: Bench) -> tuple[int, int] | None:
+    """Return the first and last sample of motion by a measured axis; None where that is the whole recording."""
+    if bench.origins["sliding_distance"] in ("unknown", "derived from nominal speed"):
+        return None
+    distance = bench.columns["sliding_distance"]
+    moving = np.flatnonzero(np.diff(distance) > 0)
+    if not len(moving):
+        return None
+    first, behind = int(moving[0]), len(distance) - 2 - int(moving[-1])
+    first, behind = (idle if idle >= _FEWEST_IDLE else 0 for idle in (first, behind))
+    return (first, len(distance) - 1 - behind) if first or behind else None
 
 
 def _rubbed(bench: Bench) -> tuple[int, int] | None:
     """Return the first and last sample with friction; None where that is the whole recording, or is not known."""
-    from scipy.ndimage import median_filter
-
     names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
     friction = next((values for name in names if (values := bench.measured(name)) is not None), None)
     if friction is None:
         return None
     nominal = bench.manifest.conditions.normal_load.value if bench.measured("friction_force") is not None else 1.0
     size, slippery = np.abs(friction), _SLIPPERY * nominal
-    least = min(_STILL * float(np.nanpercentile(size, _USUAL)), _NOISY * slippery)
+    least = min(_STILL * float(np.percentile(fewer(size), _USUAL)), _NOISY * slippery)
     # A missing sample shows no standstill.
-    rubbing = median_filter(np.where(np.isnan(size), np.inf, size), size=_AROUND, mode="nearest") > least
+    around = np.pad(np.isnan(size) | (size > least), _AROUND // 2, mode="edge")
+    rubbing = np.convolve(around, np.ones(_AROUND), mode="valid") > _AROUND / 2
     if not np.any(rubbing):
         return None
     first, behind = (
