@@ -381,8 +381,8 @@ def test_distance_by_the_nominal_speed_begins_and_ends_with_the_friction(bare_ru
     cleaned = clean_run(run)
     np.testing.assert_allclose(cleaned.run.sliding_distance, slid, atol=0.21)
     idle = np.isnan(cleaned.run.columns["depth"])
-    assert abs(int(np.count_nonzero(idle)) - before - after) <= 2
-    assert not np.any(idle[before + 1 : before + 899])
+    assert before + after - 2 <= int(np.count_nonzero(idle)) <= before + after + 6
+    assert not np.any(idle[before + 6 : before + 899])
     codes = [one.code for one in check_run(run)]
     assert ("contact_lost" in codes) == (before + after > 30)
 
@@ -394,6 +394,29 @@ def test_k_d_by_the_depth_signal_alone_is_right_though_the_motor_started_late(ba
     recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
     fit = fit_wear(correct_drift(clean_run(run).run), recipe=recipe)
     assert fit.first.wear_coefficient.value == pytest.approx(2e-14, rel=0.05)
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+@pytest.mark.parametrize(("rise", "displacement"), [(6.0, 1e-6), (20.0, 5e-6), (60.0, 5e-6)])
+def test_displacement_while_the_load_comes_on_during_sliding_is_no_wear(bare_run, recorded, rise, displacement):
+    """With 5 µm within 20 s, k_D by the depth signal alone came out as a tenth, or four times what it is."""
+    run, slid = idle_run(bare_run, 0, 0)
+    time, rng = run.columns["time"], np.random.default_rng(19)
+    share = np.clip((time + 1) / rise, 0, 1) * np.clip((time[-1] - time + 1) / 10, 0, 1)
+    work = 0.2 * 5 * np.concatenate([[0.0], np.cumsum((share[1:] + share[:-1]) / 2)])
+    depth = run.columns["depth"] * np.sqrt(np.divide(work, 5 * slid, where=slid > 0, out=np.zeros_like(slid)))
+    forces = {"normal_force": 5 * share, "friction_force": 1.5 * share}
+    forces = {
+        name: values + rng.normal(0, 0.02, len(time))
+        for name, values in forces.items()
+        if recorded or "n" not in name[:1]
+    }
+    noise = 200e-9 * rng.standard_normal(len(time))
+    columns = {"time": time, "sliding_distance": slid, "depth": depth + displacement * (share - 1) + noise}
+    run = run_of(bare_run, {"normal_load": Quantity(value=5.0, unit="N")}, **columns | forces)
+    recipe = Recipe(monte_carlo=MonteCarloRecipe(significant_digits=0))
+    fit = fit_wear(correct_drift(clean_run(run).run), recipe=recipe)
+    assert fit.first.wear_coefficient.value == pytest.approx(2e-14, rel=0.1)
 
 
 @pytest.mark.parametrize("origin", ["measured", "derived from rotations"])
@@ -425,7 +448,7 @@ def test_friction_that_was_not_recorded_from_the_start_shows_no_standstill(bare_
     late = run.columns["friction_force"].copy()
     late[:50] = np.nan
     run = dataclasses.replace(run, columns=run.columns | {"friction_force": late})
-    np.testing.assert_array_equal(clean_run(run).run.sliding_distance, run.sliding_distance)
+    np.testing.assert_allclose(clean_run(run).run.sliding_distance, run.sliding_distance, rtol=1e-12)
 
 
 # --- forces ---

@@ -20,6 +20,7 @@ from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
+from tribopipe.evaluation.preprocessing.idle import ramp_end_by_friction, ramp_end_by_load
 from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
@@ -46,8 +47,8 @@ _SETTLED = 1e-9
 """Such a change with which it has found it."""
 _SMALL = 1e-6
 """Friction and the like below which a change counts in itself."""
-_RAMP_SHARE = 0.05
-"""A loading ramp takes at most this share of a run."""
+_LOADED = 0.95
+"""Share of the usual load from which on friction counts."""
 _AT_REST = 1e-2
 """Share of the mean speed of a run, below which the bodies are at rest."""
 _SHORTEST_REST = 10
@@ -168,15 +169,12 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction shows: a
-    ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
-    within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
-    an exponential does not miss.
+    Where the load was measured, that is where it first reaches 95 % of its median; otherwise friction shows it.
     """
     distance = run.sliding_distance
     if run.origins.get("normal_force") == "measured":
-        return _ramp_end_by_load(distance, run.columns["normal_force"])
-    return _ramp_end_by_friction(distance, mu)
+        return ramp_end_by_load(distance, run.columns["normal_force"], _LOADED)
+    return ramp_end_by_friction(distance, mu)
 
 
 def _at_rest(distance: Column) -> NDArray[np.bool_]:
@@ -205,22 +203,6 @@ def _resolution(distance: Column) -> float:
     steps = np.diff(distance)
     stays = int(np.sum(np.diff(np.flatnonzero(steps)) > 1))
     return float(np.min(steps[steps > 0])) if stays > _MOST_STOPS else 0.0
-
-
-def _ramp_end_by_load(distance: Column, force: Column) -> float:
-    loaded = np.flatnonzero(force >= 0.95 * np.nanmedian(force))
-    early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= _RAMP_SHARE * distance[-1]
-    return float(distance[loaded[0]]) if early else 0.0
-
-
-def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
-    half = 0.5 * float(np.nanmedian(mu))
-    crossed = np.flatnonzero(mu >= half)
-    if not len(crossed) or crossed[0] == 0 or distance[crossed[0]] > _RAMP_SHARE * distance[-1]:
-        return 0.0
-    first = int(crossed[0])
-    until = max(first + 2, int(np.searchsorted(distance, 3 * distance[first], side="right")))
-    return float(distance[first + int(np.nanargmax(mu[first:until]))])
 
 
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:

@@ -1,8 +1,4 @@
-"""Axes made continuous: restarts joined, starts carried over from the test before subtracted, idle ends left out.
-
-A distance that follows from the nominal speed counts before the motor starts, and after it stops, unless friction shows
-that nothing slides.
-"""
+"""Axes made continuous: restarts joined, starts carried over from the test before subtracted, coarse times spread."""
 
 from collections.abc import Sequence
 
@@ -10,10 +6,10 @@ import numpy as np
 
 from tribopipe.base.arrays import Column
 from tribopipe.base.errors import counted
-from tribopipe.documents.preprocessing import ContinuousAxes, Idle
+from tribopipe.documents.preprocessing import ContinuousAxes
 from tribopipe.documents.quantity import Quantity
 from tribopipe.documents.signals import AXES, SIGNALS, SignalName
-from tribopipe.evaluation.preprocessing.workbench import Bench, Selection, fewer
+from tribopipe.evaluation.preprocessing.workbench import Bench
 from tribopipe.physics.axis_faults import continuous, mended, segments
 
 _LATE = 0.05
@@ -23,16 +19,6 @@ _CLOCK = 100.0
 _OFTEN, _COPIED = 0.1, 0.1
 """Share of the samples with the time of the one before, from which on a clock has coarse steps; and share of these in
 which all signals are the same as before, from which on they are copies."""
-_STILL, _SLIPPERY = 0.05, 0.01
-"""Share of the usual friction, and mean friction coefficient, below which bodies do not touch or do not move."""
-_NOISY = 2.0
-"""Multiple of that coefficient which the noise of a friction of nothing may reach."""
-_USUAL = 75
-"""Percentile of the friction that is the usual one, also of a recording half of which is idle."""
-_AROUND = 5
-"""Samples over whose median a single one does not count."""
-_FEWEST_IDLE = 2
-"""Samples without friction at an end of a recording that are no loading."""
 
 
 def join_axes(bench: Bench, step: ContinuousAxes) -> None:
@@ -128,64 +114,3 @@ def _lead(axis: Column) -> float:
 
 def _count(restarts: int) -> str:
     return "joined at the only restart" if restarts == 1 else f"joined at {restarts} restarts"
-
-
-def leave_out_idle(bench: Bench, _: Idle) -> None:
-    """Mask the depth where nothing slides at the ends, and let a distance by the nominal speed stand still there.
-
-    What a sensor reads while the load comes on is displacement of the specimens, not wear.
-    """
-    distance, rubbed = bench.columns["sliding_distance"], _rubbed(bench)
-    idle = _outside(rubbed, len(distance)) | _outside(_moved(bench), len(distance))
-    if rubbed is not None and bench.origins["sliding_distance"] == "derived from nominal speed":
-        first, last = rubbed
-        start = distance[first - 1] if first else 0.0
-        slid = np.clip(distance, start, distance[min(last + 1, len(distance) - 1)]) - start
-        left_out = Quantity(value=float(np.ptp(distance) - np.ptp(slid)), unit="m")
-        why = f"no friction in {counted(int(np.count_nonzero(idle)), 'sample')} at the ends: nothing slides"
-        bench.put("sliding_distance", slid, f"{left_out.shown('m')} left out", why, offset=left_out)
-    if "depth" in bench.columns:
-        bench.mask("depth", idle, "before sliding begins or after it ends", "displacement by loading is no wear")
-
-
-def _outside(ends: tuple[int, int] | None, count: int) -> Selection:
-    """Return which samples are before the first or after the last of a part; none where there is no part."""
-    outside = np.zeros(count, dtype=bool)
-    if ends is not None:
-        outside[: ends[0]] = True
-        outside[ends[1] + 1 :] = True
-    return outside
-
-
-def _moved(bench: Bench) -> tuple[int, int] | None:
-    """Return the first and last sample of motion by a measured axis; None where that is the whole recording."""
-    if bench.origins["sliding_distance"] in ("unknown", "derived from nominal speed"):
-        return None
-    distance = bench.columns["sliding_distance"]
-    moving = np.flatnonzero(np.diff(distance) > 0)
-    if not len(moving):
-        return None
-    first, behind = int(moving[0]), len(distance) - 2 - int(moving[-1])
-    first, behind = (idle if idle >= _FEWEST_IDLE else 0 for idle in (first, behind))
-    return (first, len(distance) - 1 - behind) if first or behind else None
-
-
-def _rubbed(bench: Bench) -> tuple[int, int] | None:
-    """Return the first and last sample with friction; None where that is the whole recording, or is not known."""
-    names: tuple[SignalName, ...] = ("friction_force", "friction_coefficient")
-    friction = next((values for name in names if (values := bench.measured(name)) is not None), None)
-    if friction is None:
-        return None
-    nominal = bench.manifest.conditions.normal_load.value if bench.measured("friction_force") is not None else 1.0
-    size, slippery = np.abs(friction), _SLIPPERY * nominal
-    least = min(_STILL * float(np.percentile(fewer(size), _USUAL)), _NOISY * slippery)
-    # A missing sample shows no standstill.
-    around = np.pad(np.isnan(size) | (size > least), _AROUND // 2, mode="edge")
-    rubbing = np.convolve(around, np.ones(_AROUND), mode="valid") > _AROUND / 2
-    if not np.any(rubbing):
-        return None
-    first, behind = (
-        idle if idle >= _FEWEST_IDLE and abs(float(np.mean(end[:idle]))) < slippery else 0
-        for end, idle in ((friction, int(np.argmax(rubbing))), (friction[::-1], int(np.argmax(rubbing[::-1]))))
-    )
-    return (first, len(size) - 1 - behind) if first or behind else None

@@ -12,8 +12,9 @@ from tribopipe.documents.preprocessing import CleaningStepName, CleanUp
 from tribopipe.documents.recipe import Recipe
 from tribopipe.documents.signals import SignalName
 from tribopipe.evaluation.measurements.specific_wear import specific_wear
-from tribopipe.evaluation.preprocessing.axes import join_axes, leave_out_idle
+from tribopipe.evaluation.preprocessing.axes import join_axes
 from tribopipe.evaluation.preprocessing.forces import invert, turn_friction, turn_load, zero_forces
+from tribopipe.evaluation.preprocessing.idle import leave_out_idle
 from tribopipe.evaluation.preprocessing.masking import mask_samples, mask_spikes, mask_unloaded_friction
 from tribopipe.evaluation.preprocessing.strokes import average_strokes
 from tribopipe.evaluation.preprocessing.workbench import Bench
