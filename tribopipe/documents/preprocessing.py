@@ -120,7 +120,7 @@ class FrictionSign(Record):
 
 
 class Idle(Record):
-    """Depth is masked where nothing slides at the ends; a distance from the nominal speed does not increase there."""
+    """Depth is masked at the ends where nothing slides under full load; a nominal distance does not increase there."""
 
     step: Literal["idle"] = "idle"
     """Name of the step."""
