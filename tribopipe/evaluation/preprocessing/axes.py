@@ -43,7 +43,7 @@ def _spread_times(bench: Bench) -> None:
     time, others = bench.measured("time"), (bench.measured(name) for name in bench.columns if name not in AXES)
     if time is not None and is_coarse(time, [values for values in others if values is not None]):
         why = "the clock has coarser steps than the sampling"
-        bench.put("time", _spread(time), "repeated time stamps spread evenly", why)
+        bench.put("time", _spread(time), "repeated time stamps replaced by equal intervals", why)
 
 
 def _spread(time: Column) -> Column:
