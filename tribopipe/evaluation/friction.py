@@ -48,6 +48,11 @@ _SMALL = 1e-6
 """Friction and the like below which a change counts in itself."""
 _RAMP_SHARE = 0.05
 """A loading ramp takes at most this share of a run."""
+_PART_LOADED = 0.5
+"""Share of the usual load below which μ is not fitted where the load rises more slowly: noise and zero of both forces
+count the more, the smaller the load is that they are divided by."""
+_EXTRAPOLATED = 0.1
+"""Running-in distances by which the fitted window begins late enough for A to be called an extrapolation."""
 _AT_REST = 1e-2
 """Share of the mean speed of a run, below which the bodies are at rest."""
 _SHORTEST_REST = 10
@@ -168,7 +173,8 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of its median. Otherwise friction shows: a
+    Where the load was measured, that is where it first reaches 95 % of its median, or half of it where the load rises
+    for more than 5 % of the run. Otherwise friction shows: a
     ramp starts below half of the later level and crosses that within 5 % of the run; it ends at the highest friction
     within three times the distance of the crossing. A true rise of friction loses only its first metres by this, which
     an exponential does not miss.
@@ -208,9 +214,11 @@ def _resolution(distance: Column) -> float:
 
 
 def _ramp_end_by_load(distance: Column, force: Column) -> float:
-    loaded = np.flatnonzero(force >= 0.95 * np.nanmedian(force))
-    early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= _RAMP_SHARE * distance[-1]
-    return float(distance[loaded[0]]) if early else 0.0
+    usual = np.nanmedian(force)
+    loaded = np.flatnonzero(force >= 0.95 * usual)
+    if len(loaded) and distance[loaded[0]] > _RAMP_SHARE * distance[-1]:
+        loaded = np.flatnonzero(force >= _PART_LOADED * usual)
+    return float(distance[loaded[0]]) if len(loaded) and loaded[0] > 0 else 0.0
 
 
 def _ramp_end_by_friction(distance: Column, mu: Column) -> float:
@@ -424,6 +432,12 @@ def _evidence(power: float, simpler: float, independent: float, fewer: int) -> f
 def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
     notes = []
     length = float(distance[-1] - distance[0])
+    if distance[0] > _EXTRAPOLATED * fit.running_in:
+        begun, left = show(float(f"{distance[0]:.3g}"), None, "m"), math.exp(-distance[0] / fit.running_in)
+        notes.append(
+            f"A is extrapolated to the start of the sliding distance: at {begun}, where the fit begins, μ differs by "
+            f"{left * fit.parameters[0]:.2g} from the steady state"
+        )
     if fit.running_in > length:
         notes.append(
             f"the running-in distance of {show(fit.running_in, None, 'm')} exceeds the fitted length of "
