@@ -675,6 +675,16 @@ MORE = {
         samples_set("friction_force", slice(100), 1e-4),
         "friction_force",
     ),
+    "unloaded start with a friction sensor that is not zeroed": (
+        "contact_lost",
+        both(without("normal_force"), samples_set("friction_force", slice(100), 0.02)),
+        "friction_force",
+    ),
+    "unloaded end with a noisy friction sensor": (
+        "contact_lost",
+        both(without("normal_force"), samples_set("friction_force", slice(-100, None), 0.01 * np.cos(np.arange(100)))),
+        "friction_force",
+    ),
     "unloaded start of strokes whose friction has no sign": (
         "contact_lost",
         both(manifest(conditions__stroke="5 mm"), samples_set("friction_force", slice(100), 1e-4)),

@@ -307,6 +307,8 @@ def test_profile_of_the_flat_disc_needs_no_crown():
 
 RPM = 0.8 / AROUND * 60
 """Rotational speed of the crowned disc."""
+LATE = np.arange(len(TURNS)) > 0.7 * len(TURNS)
+"""Samples of the last 30 % of the test."""
 
 
 @pytest.mark.parametrize(
@@ -314,6 +316,9 @@ RPM = 0.8 / AROUND * 60
     [
         ({"n1 [rpm]": ("rpm", RPM), "n2 [rpm]": ("rpm", 1.04 * RPM)}, False),
         ({"n1 [rpm]": ("rpm", RPM), "n2 [rpm]": ("rpm", 1.10 * RPM)}, True),
+        ({"n1 [rpm]": ("rpm", RPM), "n2 [rpm]": ("rpm", RPM * np.where(LATE, 1.2, 1.04))}, True),
+        ({"Slip [%]": ("%", np.where(LATE, 20, 4))}, True),
+        ({"Slip [%]": ("%", np.where(np.arange(len(TURNS)) % 200, 4, 900))}, False),
         ({"Upper disc": ("m/s", 0.832), "Lower disc": ("m/s", 0.8)}, False),
         ({"Upper disc": ("m/s", 0.9), "Lower disc": ("m/s", 0.8)}, True),
         ({"Speed 1": ("m/s", 0.0), "Speed 2": ("m/s", 0.0)}, False),

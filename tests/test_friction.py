@@ -130,6 +130,24 @@ def test_loading_ramp_is_seen_in_the_measured_load(bare_run, share):
     assert fit.window[0].value == pytest.approx(0.95 * 8, abs=0.2)
 
 
+def test_friction_under_a_small_part_of_a_slowly_rising_load_is_not_fitted(bare_run):
+    distance = np.linspace(0.3, 500, 1500)
+    load = np.minimum(distance / 150, 1.0)
+    held = np.zeros(3)
+    for seed in range(20):
+        noise = np.random.default_rng(seed).normal(0, 0.01, len(distance))
+        run = with_friction(bare_run, exponential(distance, 0.25, 0.45, 40.0) + noise / load, distance)
+        columns = dict(run.columns) | {"normal_force": load * run.manifest.conditions.normal_load.value}
+        fit = fit_friction(replace(run, columns=columns, origins=dict(run.origins) | {"normal_force": "measured"}))
+        found = (fit.amplitude, fit.steady_state, fit.running_in_distance)
+        held += [
+            abs(one.value - true) < 1.96 * one.u_or_zero for one, true in zip(found, (0.25, 0.45, 40.0), strict=True)
+        ]
+        assert fit.window[0].value == pytest.approx(75, abs=0.5)
+        assert "A is extrapolated" in fit.notes[1]
+    assert np.all(held >= 16)
+
+
 @pytest.mark.parametrize("digits", [6, 1], ids=["fine", "coarse"])
 @pytest.mark.parametrize("where", ["before", "during", "after", "creeping"])
 def test_friction_at_rest_is_none_of_the_path(bare_run, where, digits):

@@ -133,6 +133,29 @@ def test_check_says_where_the_overall_rate_is_not_the_steady_one(ran_in, found):
     assert [one.severity for one in findings] == found * ["warning"]
 
 
+SEVERE = DENSITY * STEADY * LOAD * (PLACES + 4 * np.maximum(PLACES - 0.7 * END, 0))
+"""Mass lost until each place where the rate becomes five times as high after 70 % of the test."""
+
+
+@pytest.mark.parametrize("stops", [slice(None), slice(8, None, 3)], ids=["twelve", "two"])
+@pytest.mark.parametrize(("masses", "found"), [(SEVERE, 1), (lost(0.0), 0)], ids=["severe", "steady"])
+def test_check_reports_a_rate_that_changes_late(stops, masses, found):
+    findings = [one for one in check_run(weighed(masses[stops], PLACES[stops])) if one.code == "rate_not_steady"]
+    assert len(findings) == found
+
+
+def test_a_rate_that_rises_is_no_running_in():
+    (note,) = (one for one in specific_wear(weighed(SEVERE)).notes if "steady-state" in one)
+    assert note.endswith("because the rate has increased")
+
+
+@pytest.mark.slow
+def test_weighings_that_scatter_are_no_change_of_rate():
+    rng = np.random.default_rng(5)
+    runs = [weighed(lost(0.0) + 2 * BALANCE * rng.standard_normal(STOPS)) for _ in range(100)]
+    assert sum(one.code == "rate_not_steady" for run in runs for one in check_run(run)) <= 1
+
+
 def test_page_of_the_run_has_the_intervals_and_the_steady_rate():
     told = _specific_wear_section(specific_wear(weighed(lost(RAN_IN))), {})
     *_, table = told.tables

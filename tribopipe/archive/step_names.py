@@ -31,7 +31,7 @@ StepStage = Literal[
 METHODS: dict[StepStage, int] = {
     "clean_up": 5,
     "drift_correction": 13,
-    "friction_fit": 8,
+    "friction_fit": 9,
     "specific_wear": 10,
     "wear_fit": 17,
     "prediction": 11,

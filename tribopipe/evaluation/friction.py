@@ -20,7 +20,7 @@ from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
-from tribopipe.evaluation.preprocessing.idle import ramp_end_by_friction, ramp_end_by_load
+from tribopipe.evaluation.preprocessing.idle import RAMP_SHARE, ramp_end_by_friction
 from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
@@ -49,6 +49,11 @@ _SMALL = 1e-6
 """Friction and the like below which a change counts in itself."""
 _LOADED = 0.95
 """Share of the usual load from which on friction counts."""
+_PART_LOADED = 0.5
+"""Share of the usual load below which μ is not fitted where the load rises more slowly: noise and zero of both forces
+count the more, the smaller the load is that they are divided by."""
+_EXTRAPOLATED = 0.1
+"""Running-in distances by which the fitted window begins late enough for A to be called an extrapolation."""
 _AT_REST = 1e-2
 """Share of the mean speed of a run, below which the bodies are at rest."""
 _SHORTEST_REST = 10
@@ -169,11 +174,12 @@ def _vendor_statistics(mu: Column) -> tuple[Quantity | None, Quantity | None]:
 def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """Return the sliding distance, m, at which the load is on; 0 where there is no ramp.
 
-    Where the load was measured, that is where it first reaches 95 % of its median; otherwise friction shows it.
+    Where the load was measured, that is where it first reaches 95 % of its median, or half of it where the load rises
+    for more than 5 % of the run. Otherwise friction shows it.
     """
     distance = run.sliding_distance
     if run.origins.get("normal_force") == "measured":
-        return ramp_end_by_load(distance, run.columns["normal_force"], _LOADED)
+        return _ramp_end_by_load(distance, run.columns["normal_force"])
     return ramp_end_by_friction(distance, mu)
 
 
@@ -203,6 +209,14 @@ def _resolution(distance: Column) -> float:
     steps = np.diff(distance)
     stays = int(np.sum(np.diff(np.flatnonzero(steps)) > 1))
     return float(np.min(steps[steps > 0])) if stays > _MOST_STOPS else 0.0
+
+
+def _ramp_end_by_load(distance: Column, force: Column) -> float:
+    usual = np.nanmedian(force)
+    loaded = np.flatnonzero(force >= _LOADED * usual)
+    if len(loaded) and distance[loaded[0]] > RAMP_SHARE * distance[-1]:
+        loaded = np.flatnonzero(force >= _PART_LOADED * usual)
+    return float(distance[loaded[0]]) if len(loaded) and loaded[0] > 0 else 0.0
 
 
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:
@@ -406,6 +420,12 @@ def _evidence(power: float, simpler: float, independent: float, fewer: int) -> f
 def _cautions(fit: _Exponential, distance: Column) -> tuple[str, ...]:
     notes = []
     length = float(distance[-1] - distance[0])
+    if distance[0] > _EXTRAPOLATED * fit.running_in:
+        begun, left = show(float(f"{distance[0]:.3g}"), None, "m"), math.exp(-distance[0] / fit.running_in)
+        notes.append(
+            f"A is extrapolated to the start of the sliding distance: at {begun}, where the fit begins, μ differs by "
+            f"{left * fit.parameters[0]:.2g} from the steady state"
+        )
     if fit.running_in > length:
         notes.append(
             f"the running-in distance of {show(fit.running_in, None, 'm')} exceeds the fitted length of "

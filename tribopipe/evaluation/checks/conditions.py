@@ -35,6 +35,8 @@ _LINE = 0.5
 """Sum of squares about levels over that about a straight line, from which on it is the line."""
 _OFF = 0.05
 """Share of the usual value below which a channel is off."""
+_NOT_ODD = (1, 99)
+"""Percentiles beyond which samples are drawn in."""
 _MOST_LEVELS = 6
 _RECORDED = (
     *("normal_force", "nominal_load", "sliding_speed", "nominal_speed", "rotational_speed"),
@@ -153,11 +155,12 @@ def conditions_differ(run: RawRun) -> Iterator[Trouble]:
         channel = found.get(name)
         if stated is None or channel is None or (name == "sliding_speed" and run.manifest.conditions.stroke):
             continue
-        recorded = _usual(channel.values)
+        average, of = (_mean, "mean") if name == "slip" else (_usual, "median")
+        recorded = average(channel.values)
         if recorded is not None and abs(recorded - abs(stated.value)) > _allowed(name, stated, channel):
             yield Trouble(
                 f"conditions.{name}",
-                f"found {channel.shown(stated.value)} in run.toml, but a median of {channel.shown(recorded)} in column "
+                f"found {channel.shown(stated.value)} in run.toml, but a {of} of {channel.shown(recorded)} in column "
                 f"{channel.label!r}; expected agreement within {100 * _TOLERANCE:.0f} %",
                 f"correct {name}, or the unit of the column",
             )
@@ -194,7 +197,7 @@ def _slip_of_speeds(run: RawRun) -> Iterator[Trouble]:
     shares = (relative_input(one, DefaultUncertainty().rolling_radius).spread / one.value for one in radii)
     allowed = max(_TOLERANCE * abs(stated.value), 3 * stated.u_or_zero, 3 * math.hypot(*shares))
     for one, other in disc_speeds(run):
-        speeds = _usual(one.values), _usual(other.values)
+        speeds = _mean(one.values), _mean(other.values)
         if not speeds[0] or not speeds[1]:
             continue
         ratio = radii[1].value / radii[0].value if one.unit == "rad/s" else 1.0
@@ -240,11 +243,22 @@ def track_beyond_disc(run: RawRun) -> Iterator[Trouble]:
         )
 
 
+def _on(values: Column) -> Column:
+    """Return the sizes of what is on."""
+    size = np.abs(values[np.isfinite(values)])
+    return size[size > _OFF * np.percentile(size, 90)] if len(size) else size
+
+
 def _usual(values: Column) -> float | None:
     """Return the median of what is on."""
-    size = np.abs(values[np.isfinite(values)])
-    on = size[size > _OFF * np.percentile(size, 90)] if len(size) else size
+    on = _on(values)
     return float(np.median(on)) if len(on) else None
+
+
+def _mean(values: Column) -> float | None:
+    """Return the mean of what is on, by which the distance that is slid counts, with odd samples drawn in."""
+    on = _on(values)
+    return float(np.mean(np.clip(on, *np.percentile(on, _NOT_ODD)))) if len(on) else None
 
 
 def _allowed(name: str, stated: Quantity, channel: Channel) -> float:

@@ -37,6 +37,8 @@ _ARCHARD = (1e-11, 0.3)
 _FEWEST_INTERVALS, _STEADY, _FALLEN = 3, 1.3, 0.3
 """Fewest intervals in which losses are distinguished from totals; largest over smallest rate if they are losses, and
 lowest over first rate if they are totals."""
+_ANOTHER_RATE = 1.5
+"""Factor by which the rate of the last interval differs from that of the entire test at least for a report."""
 _BALLS = (
     *(0.3, 0.397, 0.5, 0.794, 1.0, 1.5, 1.588, 2.0, 2.381, 2.5, 3.0, 3.175, 3.969, 4.0, 4.763, 5.0, 5.5, 5.556, 6.0),
     *(6.35, 7.938, 8.0, 9.0, 9.525, 10.0, 12.7, 19.05, 25.4),
@@ -250,7 +252,7 @@ def initial_yielding(run: RawRun) -> Iterator[Trouble]:
 
 @check_cleaned("warning")
 def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
-    """Find running-in that the overall specific wear rate of an interrupted test includes."""
+    """Find running-in or a transition that the overall specific wear rate of an interrupted test includes."""
     if not run.manifest.interruptions or run.manifest.contact is None:
         return
     try:
@@ -266,6 +268,23 @@ def rate_not_steady(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
                 f"of {steady.shown(SPECIFIC_WEAR_RATE)}; expected them to agree after a short running-in",
                 "report the steady-state rate for long tests; the overall rate and k_D apply to this distance only",
             )
+        elif overall is not None and body.intervals and _is_another_rate(body.intervals[-1], overall.value):
+            last = body.intervals[-1]
+            yield Trouble(
+                f"interruptions, end_values of the {spoken(name)}",
+                f"found an overall specific wear rate of {overall.shown(SPECIFIC_WEAR_RATE)} and a rate of "
+                f"{last.specific_wear_rate.shown(SPECIFIC_WEAR_RATE)} from {last.start.shown('m')} on; expected "
+                "them to agree",
+                "evaluate the parts of the test separately; the overall rate and k_D apply to this distance only",
+            )
+
+
+def _is_another_rate(interval: WearInterval, overall: float) -> bool:
+    """Return whether the rate of an interval differs from the overall one by far and clearly; both share the load."""
+    rate, volume = interval.specific_wear_rate.value, interval.volume
+    far = not overall / _ANOTHER_RATE < rate < overall * _ANOTHER_RATE
+    own = abs(rate) * volume.u_or_zero / abs(volume.value) if volume.value else math.inf
+    return far and abs(rate - overall) > CLEARLY * own
 
 
 @check_cleaned("warning")

@@ -66,6 +66,9 @@ _PARTS = 100
 """Parts of a recording in which friction is compared with the usual."""
 _LIKE_STROKE = 0.2
 """Relative difference from the stroke within which a depth is the position along it."""
+_IDLE, _MOST_IDLE = 0.15, 20
+"""Share of the usual friction that a sensor which is not zeroed may read without contact, and the number of parts at
+one end of a recording that may be idle: low friction for longer, or under a recorded load, is that of a film."""
 _FITTING = 0.25
 """Share of the wear within which a rise is that wear."""
 _JOINED = Recipe(clean_up=(ContinuousAxes(carried_over="never"),))
@@ -465,12 +468,17 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
     slid = cleaned.run.sliding_distance
     if friction is None or len(run) < _PARTS or not np.all(np.isfinite(slid)):
         return
-    parts = np.array_split(np.abs(friction - _middle(friction)), _PARTS)
-    sizes = np.array([_size(part[np.isfinite(part)]) for part in parts])
+    middle = _middle(friction)
+    size = _size if middle is None else _swing
+    parts = np.array_split(friction - (middle or 0.0), _PARTS)
+    sizes = np.array([size(part[np.isfinite(part)]) for part in parts])
     ends = np.cumsum([0, *map(len, parts)]).clip(max=len(run) - 1)
     worked = np.diff(load_path(cleaned.run, slid[ends]))
     force = run.manifest.conditions.normal_load.value if "friction_force" in run.columns else 1.0
-    without = sizes < min(_WITHOUT_FRICTION * float(np.median(sizes)), _SLIPPERY * force)
+    usual = float(np.median(sizes))
+    without = sizes < min(_WITHOUT_FRICTION * usual, _SLIPPERY * force)
+    if cleaned.run.recorded_load is None:
+        without |= _idle_ends(sizes, usual)
     lost = float(np.sum(worked[without]) / np.sum(worked)) if np.sum(worked) > 0 else 0.0
     idle = next((one.offset for one in cleaned.record.changes if one.step == "idle" and one.offset is not None), None)
     if idle is not None and idle.value > _LOST * (idle.value + float(np.ptp(slid))):
@@ -499,21 +507,37 @@ def contact_lost(run: RawRun, cleaned: CleanedRun) -> Iterator[Trouble]:
         )
 
 
+def _idle_ends(sizes: Column, usual: float) -> NDArray[np.bool_]:
+    """Return a mask of the parts, at either end, after which friction is at once more than half of the usual."""
+    found = np.zeros(len(sizes), dtype=bool)
+    for there, mask in ((sizes, found), (sizes[::-1], found[::-1])):
+        idle = int(np.argmax(there > _IDLE * usual))
+        if idle <= _MOST_IDLE and there[idle + 1] > usual / 2:
+            mask[:idle] = True
+    return found
+
+
 def _size(friction: Column) -> float:
+    """Return the size of a friction of one sign, whose noise about zero is none; infinity without samples."""
+    return abs(float(np.median(friction))) if len(friction) else np.inf
+
+
+def _swing(friction: Column) -> float:
     """Return the 90th percentile, at a small part of what NumPy's takes for few samples; infinity without samples."""
     if not len(friction):
         return np.inf
+    friction = np.abs(friction)
     share, place = math.modf(0.9 * (len(friction) - 1))
     around = [int(place), min(int(place) + 1, len(friction) - 1)]
     below, above = np.partition(friction, around)[around]
     return float(below + share * (above - below))
 
 
-def _middle(friction: Column) -> float:
-    """Return the offset of a friction of strokes, which has both signs; 0 of one whose sign does not change."""
+def _middle(friction: Column) -> float | None:
+    """Return the offset of a friction of strokes, which has both signs; none of one whose sign does not change."""
     ends = np.nanpercentile(friction, [5, 95]) if np.any(np.isfinite(friction)) else np.zeros(2)
     both_ways = ends[0] < 0 < ends[1] and np.min(np.abs(ends)) > _WITHOUT_FRICTION * np.max(np.abs(ends))
-    return float(np.mean(ends)) if both_ways else 0.0
+    return float(np.mean(ends)) if both_ways else None
 
 
 @check_cleaned("warning")

@@ -296,10 +296,8 @@ def _running_in(rates: Mapping[str, BodyWearRate]) -> Iterator[str]:
             certain = abs(steady.value) > CLEARLY * steady.u_or_zero
             times = f"{overall.value / steady.value:.2g} times" if certain else "clearly different from"
             about = "" if certain else ", which is zero within its uncertainty"
-            yield (
-                f"the overall wear rate of the {spoken(name)} is {times} its steady-state rate{about}, because of "
-                "running-in"
-            )
+            why = "because of running-in" if overall.value > steady.value else "because the rate has increased"
+            yield f"the overall wear rate of the {spoken(name)} is {times} its steady-state rate{about}, {why}"
 
 
 def _together(volumes: Iterable[Quantity], load: Quantity, distance: Quantity) -> Quantity:
