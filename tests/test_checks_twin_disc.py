@@ -12,6 +12,7 @@ from tribopipe.contacts.twin_disc import nominal_pair
 from tribopipe.documents.manifest import RunManifest
 from tribopipe.documents.recipe import Recipe
 from tribopipe.evaluation.checks.registry import check_run
+from tribopipe.physics.hertz import hertz_ellipse
 from tribopipe.results.run import ExtraColumn, Profile, RawRun
 
 TURNS = np.linspace(0, 10_000, 501)
@@ -94,6 +95,15 @@ def found(run, check):
 
 def test_sound_run_has_no_findings():
     assert check_run(twin()) == []
+
+
+@pytest.mark.parametrize(("share", "flagged"), [(1.2, []), (0.6, ["end_values.curved_disc_track_width"])])
+def test_a_track_narrower_than_the_elastic_contact_is_named(share, flagged):
+    contact = RunManifest.model_validate(SOUND).described
+    across, along = contact.unworn_radii
+    ellipse = hertz_ellipse(normal_load=0.25, radius_x=across, radius_z=along, modulus=float(contact.reduced_modulus()))
+    run = twin({"end_values.curved_disc_track_width": sure(f"{2e6 * share * ellipse.half_width:.4g} um")})
+    assert [finding.where for finding in found(run, "scar_or_radius")] == flagged
 
 
 @pytest.mark.parametrize(("width", "count"), [("100 um", 2), ("3 mm", 0)])

@@ -17,6 +17,7 @@ from tribopipe.evaluation.measurements.kinds import worn_bodies
 from tribopipe.evaluation.measurements.readings import SCARS, WIDTHS
 from tribopipe.evaluation.measurements.track_profile import reference_radius, worn_area
 from tribopipe.evaluation.measurements.worn_tip import WornTip
+from tribopipe.physics.hertz import hertz_ellipse
 from tribopipe.results.run import RawRun
 
 _NARROW, _WIDE = 0.6, 1.6
@@ -36,6 +37,8 @@ _UNEVEN = 1.3
 def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
     """Find a scar smaller than the contact it began with, and a track twice or half as wide as the scar."""
     pin, end = run.manifest.pin, run.manifest.end_values
+    if pin is None:
+        yield from _tracks_of_rolling_bodies(run)
     if pin is None or pin.constant_area:
         return
     start = _start_width(run)
@@ -55,6 +58,27 @@ def scar_or_radius(run: RawRun) -> Iterator[Trouble]:
         yield from _track_beside(end.pin_scar_diameter, end)
         yield from _groove_beside(end.pin_scar_diameter, run)
     yield from _longer_than_wide(end)
+
+
+def _tracks_of_rolling_bodies(run: RawRun) -> Iterator[Trouble]:
+    """Find tracks narrower than the contact they began with."""
+    contact = run.manifest.contact
+    if contact is None:
+        return
+    across, along = contact.unworn_radii
+    load, modulus = contact_load(run, Recipe()).value, float(contact.reduced_modulus())
+    with suppress(ContactError):
+        start = 2 * hertz_ellipse(normal_load=load, radius_x=across, radius_z=along, modulus=modulus).half_width
+        for role in contact.roles:
+            name = f"{role}_track_width"
+            width = getattr(run.manifest.end_values, name)
+            if width is not None and width.value + 3 * width.u_or_zero < start:
+                yield Trouble(
+                    f"end_values.{name}",
+                    f"found {width.shown('um')}, smaller than the initial contact width of "
+                    f"{show(start, None, 'm', 'um')}; expected a wider track",
+                    "check that the value is a width rather than half of it, and check its unit, the load and the radii",
+                )
 
 
 @check("warning")
