@@ -77,7 +77,7 @@ def _tracks_of_rolling_bodies(run: RawRun) -> Iterator[Trouble]:
                     f"end_values.{name}",
                     f"found {width.shown('um')}, smaller than the initial contact width of "
                     f"{show(start, None, 'm', 'um')}; expected a wider track",
-                    "check that the value is a width rather than half of it, and check its unit, the load and the radii",
+                    "check that it is the width rather than half of it, and check its unit, the load and the radii",
                 )
 
 
