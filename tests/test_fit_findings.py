@@ -70,7 +70,7 @@ def test_finding_of_a_fit_is_seen_on_every_surface(run_cli, contradicted, tmp_pa
     page = run_page(Archive(tmp_path / "found"), run_id)
     assert [one.code for one in page.findings].count(CODE) == 1
     on_the_web = run_answer(run_id, page, [], [])["findings"]
-    assert {"severity": "warning", "text": said} in on_the_web
+    assert {"severity": "warning", "text": said, "help": CODE} in on_the_web
     assert run_cli("report", run_id, *place, "--output", tmp_path / "report.html").exit_code == 0
     assert "from the post-test measurement alone" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
