@@ -256,7 +256,7 @@ def _usual(values: Column) -> float | None:
 
 
 def _mean(values: Column) -> float | None:
-    """Return the mean of what is on, by which the distance that is slid counts, with odd samples drawn in."""
+    """Return the mean of what is on, to which the sliding distance is proportional, with odd samples drawn in."""
     on = _on(values)
     return float(np.mean(np.clip(on, *np.percentile(on, _NOT_ODD)))) if len(on) else None
 
