@@ -105,9 +105,11 @@ def _sentinels(values: Column) -> Selection:
 
 def _lone_zeros(values: Column) -> Selection:
     """Find zeros, one or two at a time, next to which all samples are of one sign and far from zero: lost ones."""
+    lone = np.zeros(len(values), dtype=bool)
+    if np.count_nonzero(values == 0) < _TWICE:
+        return lone
     seen = np.isfinite(values) & (values != 0)
     known, place = values[seen], np.flatnonzero(seen)
-    lone = np.zeros(len(values), dtype=bool)
     if len(known) < 2:
         return lone
     usual = float(np.median(np.abs(np.diff(values[np.isfinite(values)]))))
