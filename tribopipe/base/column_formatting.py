@@ -4,10 +4,15 @@ Nothing heavy is imported here: `tribopipe ls` needs no numpy.
 """
 
 import math
+import re
 from collections.abc import Sequence
 from datetime import datetime, time
 from typing import NamedTuple
 
+WITHIN_NUMBER = re.compile(
+    r"(?<=\d) (?=[±µmnNs°%]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)"
+)
+"""A space within an interval, or a number with its uncertainty and unit; lines are not broken there."""
 Number = tuple[float, float | None]
 """A value and its standard uncertainty, both in the unit of the column; none where nobody stated one."""
 _WIDE = 15

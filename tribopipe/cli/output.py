@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import typer
 
+from tribopipe.base.column_formatting import WITHIN_NUMBER
+
 if TYPE_CHECKING:
     from tribopipe.base.errors import TribopipeError
     from tribopipe.pipeline.stages import Outcome
@@ -82,12 +84,6 @@ def _wrapped(line: str, width: int) -> Sequence[str]:
     return wrapped(line, width, "", " " * (len(line) - len(line.lstrip()) + 2))
 
 
-_WITHIN_NUMBER = re.compile(
-    r"(?<=\d) (?=[±µmnNs°%]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)"
-)
-"""A space within an interval, or a number with its uncertainty and unit."""
-
-
 _COMMAND = re.compile("`[^`]*`")
 
 
@@ -98,7 +94,7 @@ def wrapped(text: str, width: int, first: str, others: str) -> list[str]:
         return command[0].replace(" ", "\u00a0") if len(command[0]) < width - len(others) else command[0]
 
     lines = textwrap.wrap(
-        _COMMAND.sub(whole, _WITHIN_NUMBER.sub("\u00a0", text)),
+        _COMMAND.sub(whole, WITHIN_NUMBER.sub("\u00a0", text)),
         width,
         initial_indent=first,
         subsequent_indent=others,

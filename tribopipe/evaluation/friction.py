@@ -20,7 +20,7 @@ from tribopipe.documents.quantity import Quantity, meters
 from tribopipe.documents.recipe import DefaultUncertainty, FrictionRecipe
 from tribopipe.evaluation.load_and_friction import load_share
 from tribopipe.evaluation.measurements.sliding_distance import distance_share
-from tribopipe.evaluation.preprocessing.idle import RAMP_SHARE, ramp_end_by_friction
+from tribopipe.evaluation.preprocessing.idle import ramp_end_by_friction, ramp_end_by_load
 from tribopipe.evaluation.stroke_friction import stroke_friction
 from tribopipe.physics.autocorrelation import effective_samples, parameter_covariance
 from tribopipe.results.evaluation import FrictionFit
@@ -179,7 +179,7 @@ def _loading_ramp_end(run: RawRun, mu: Column) -> float:
     """
     distance = run.sliding_distance
     if run.origins.get("normal_force") == "measured":
-        return _ramp_end_by_load(distance, run.columns["normal_force"])
+        return ramp_end_by_load(distance, run.columns["normal_force"], _LOADED, _PART_LOADED)
     return ramp_end_by_friction(distance, mu)
 
 
@@ -209,14 +209,6 @@ def _resolution(distance: Column) -> float:
     steps = np.diff(distance)
     stays = int(np.sum(np.diff(np.flatnonzero(steps)) > 1))
     return float(np.min(steps[steps > 0])) if stays > _MOST_STOPS else 0.0
-
-
-def _ramp_end_by_load(distance: Column, force: Column) -> float:
-    usual = np.nanmedian(force)
-    loaded = np.flatnonzero(force >= _LOADED * usual)
-    if len(loaded) and distance[loaded[0]] > RAMP_SHARE * distance[-1]:
-        loaded = np.flatnonzero(force >= _PART_LOADED * usual)
-    return float(distance[loaded[0]]) if len(loaded) and loaded[0] > 0 else 0.0
 
 
 def _fit_window(distance: Column, mu: Column) -> FrictionFit:

@@ -26,7 +26,7 @@ _AROUND = 5
 """Samples over whose median a single one does not count."""
 _FEWEST_IDLE = 2
 """Samples without friction at an end of a recording that are no loading."""
-RAMP_SHARE = 0.05
+_RAMP_SHARE = 0.05
 """A loading ramp takes at most this share of a run."""
 _LOADED = 0.98
 """Share of the usual load from which on the displacement by what is left of it is small next to wear."""
@@ -115,11 +115,16 @@ def _ramp_end(bench: Bench, distance: Column, step: int) -> float:
     return 0.0 if mu is None else ramp_end_by_friction(distance, np.abs(mu[::step]))
 
 
-def ramp_end_by_load(distance: Column, load: Column, share: float) -> float:
-    """Return the sliding distance, m, at which a load first reaches a share of its median; 0 where there is no ramp."""
-    loaded = np.flatnonzero(load >= share * np.nanmedian(load))
-    early = len(loaded) and loaded[0] > 0 and distance[loaded[0]] <= RAMP_SHARE * distance[-1]
-    return float(distance[loaded[0]]) if early else 0.0
+def ramp_end_by_load(distance: Column, load: Column, share: float, slowly: float = 0.0) -> float:
+    """Return the sliding distance, m, at which a load first reaches a share of its median; 0 where there is no ramp.
+
+    Where that takes more than 5 % of the run, it is the share ``slowly`` that counts.
+    """
+    usual = np.nanmedian(load)
+    loaded = np.flatnonzero(load >= share * usual)
+    if len(loaded) and distance[loaded[0]] > _RAMP_SHARE * distance[-1]:
+        loaded = np.flatnonzero(load >= slowly * usual) if slowly else loaded[:0]
+    return float(distance[loaded[0]]) if len(loaded) and loaded[0] > 0 else 0.0
 
 
 def ramp_end_by_friction(distance: Column, mu: Column) -> float:
@@ -131,7 +136,7 @@ def ramp_end_by_friction(distance: Column, mu: Column) -> float:
     """
     half = 0.5 * float(np.nanmedian(mu))
     crossed = np.flatnonzero(mu >= half)
-    if not len(crossed) or distance[crossed[0]] > RAMP_SHARE * distance[-1] or not np.any(mu[: crossed[0]] < half):
+    if not len(crossed) or distance[crossed[0]] > _RAMP_SHARE * distance[-1] or not np.any(mu[: crossed[0]] < half):
         return 0.0
     first = int(crossed[0])
     until = max(first + 2, int(np.searchsorted(distance, 3 * distance[first], side="right")))

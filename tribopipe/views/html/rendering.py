@@ -26,6 +26,7 @@ from xml.etree import ElementTree
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from tribopipe.base.column_formatting import WITHIN_NUMBER
 from tribopipe.base.errors import TribopipeError
 from tribopipe.version import VERSION
 from tribopipe.views.run_figures import own_style
@@ -178,10 +179,6 @@ _UNSEEN = re.compile(
 )
 """Characters that are invisible, or reverse the order of others."""
 _SYMBOL = re.compile(r"\b([kEFRKha])_(D|n|N|P|Ic|end|d|p|s|x|z|c)\b")
-_WITHIN_NUMBER = re.compile(
-    r"(?<=\d) (?=[±µmnNs°%]|to -?\d)|(?<=\d to) (?=-?\d)|(?<=±) (?=\d)|(?<=\)) (?=mm)|(?<=[⁰¹²³⁴-⁹]) (?=mm)"
-)
-"""A space within an interval, or a number with its uncertainty and unit; lines are not broken there."""
 _LOWER_WORD = re.compile(r"[a-z]{2,}\b")
 
 
@@ -212,7 +209,7 @@ def _visible(value: Any) -> Any:
 
 def _symbols(text: str) -> Markup:
     """Write k_D and similar symbols with a subscript, and numbers with their units without line breaks."""
-    whole = _WITHIN_NUMBER.sub("\u00a0", _visible(text))
+    whole = WITHIN_NUMBER.sub("\u00a0", _visible(text))
     return Markup(_SYMBOL.sub(r"\1<sub>\2</sub>", str(escape(whole))))  # noqa: S704, escaped
 
 
